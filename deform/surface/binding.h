@@ -69,17 +69,17 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
 
 /// Makes the displacements of the vertices of `torn`, and of skin, gums and mouth within `reach` of them along edges
-/// (the mesh's unit; an edge counts as `longest` at most, so that coarse skin is reached, too), harmonic: means of
-/// their neighbours', by the inverse lengths of the edges, so that what two neighbours were torn apart by is spread
-/// over all of them. Adds to binding.relaxed. Vertices in one place and on one side of the face's openings count as
-/// one. `held`: vertices, of each or none, that are relaxed only where they are torn themselves.
+/// (the mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two
+/// neighbours were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one
+/// side of the face's openings count as one. `held`: vertices, of each or none, that are relaxed only where they are
+/// torn themselves.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 const std::vector<bool>& held, double reach, double longest, FaceBinding& binding);
+                 const std::vector<bool>& held, double reach, FaceBinding& binding);
 
 /// The same of displacements themselves, and solved for them: of one pose.
 class SkinRelaxing {
  public:
-  /// As relaxAround's; edges count as they are.
+  /// As relaxAround's.
   SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                const std::vector<bool>& held, double reach);
   SkinRelaxing(SkinRelaxing&&) noexcept;
@@ -91,7 +91,7 @@ class SkinRelaxing {
 
  private:
   friend void relaxAround(const FaceMesh&, const HeadTopology&, const std::vector<std::uint32_t>&,
-                          const std::vector<bool>&, double, double, FaceBinding&);
+                          const std::vector<bool>&, double, FaceBinding&);
   struct Data;
   std::unique_ptr<const Data> data_;
 };

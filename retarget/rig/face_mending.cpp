@@ -125,8 +125,7 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
       if (levelling) last.left_open.fill(0);
       if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
         press(last, mouth_width, overlap, binding.pressed);
-      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width,
-                  kRelaxedWithin[0] * mouth_width, binding);
+      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = binding;
       moved = FaceRig::of(tried, shared_mesh, rig.name());
       const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));

@@ -144,10 +144,10 @@ TEST_P(RelaxedSheets, AreTheMeansOfTheirNeighboursAndTheRestStays) {
 TEST_P(RelaxedSheets, GoWhereTheirRowsSay) {
   const HeadTopology topology(mesh_, {});
   FaceBinding binding;
-  relaxAround(mesh_, topology, {torn_[0]}, held_, kReach, kReach, binding);
+  relaxAround(mesh_, topology, {torn_[0]}, held_, kReach, binding);
   const std::vector<std::uint32_t> first = binding.relaxed.vertices;
   ASSERT_FALSE(first.empty());
-  relaxAround(mesh_, topology, {torn_[1]}, held_, kReach, kReach, binding);
+  relaxAround(mesh_, topology, {torn_[1]}, held_, kReach, binding);
   const auto& [vertices, ends, from, weights] = binding.relaxed;
   EXPECT_TRUE(std::is_sorted(vertices.begin(), vertices.end()));
   EXPECT_TRUE(std::includes(vertices.begin(), vertices.end(), first.begin(), first.end()));
