@@ -119,12 +119,12 @@ TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so: of the first 24 seeds twenty-three pass
-// (docs/theory/deform/lip_line.md); 7, 29, 31, 47, 55, 71, 88, 93, 95, 101, 106, 127
+// (docs/theory/deform/lip_line.md); 7, 29, 31, 47, 55, 71, 88, 93, 95, 101, 127
 // and 137 by lips that are made to meet.
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads,
                          ::testing::Values(1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 9U, 10U, 11U, 12U, 13U, 14U, 15U, 16U, 17U,
                                            18U, 19U, 20U, 21U, 22U, 23U, 25U, 29U, 31U, 35U, 47U, 55U, 60U, 71U, 88U,
-                                           92U, 93U, 95U, 101U, 106U, 127U, 137U, 153U, 191U, 194U, 207U));
+                                           92U, 93U, 95U, 101U, 127U, 137U, 153U, 171U, 191U, 194U, 207U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
