@@ -238,6 +238,7 @@ VertexPositions Judge::posed(const FaceMotion& motion, const JudgedPoses& poses,
 
 void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
   const auto least = asFloat(kLeastEdgeMm / mm_);
+  const double most_growth = limitNamed("stretch"), most_ratio = limitNamed("edge length");
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const Edge& edge = edges_[i];
     const float length = (now.row(edge.from) - now.row(edge.to)).norm();
@@ -245,11 +246,11 @@ void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
     const double ratio = double{std::max(length, least) / std::max(edge.length, least)};
     seen.growth.take(growth, i);
     seen.ratio.take(ratio, i);
-    if (growth > limitNamed("stretch") || ratio > limitNamed("edge length")) {
+    if (growth > most_growth || ratio > most_ratio) {
       seen.stretched.push_back(edge.from);
       seen.stretched.push_back(edge.to);
     }
-    if (growth > kTearsFrom * limitNamed("stretch") || ratio > kTearsFrom * limitNamed("edge length")) {
+    if (growth > kTearsFrom * most_growth || ratio > kTearsFrom * most_ratio) {
       seen.torn.push_back(edge.from);
       seen.torn.push_back(edge.to);
     }
@@ -293,14 +294,15 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
     const double opposite = opposite_of_[p].empty() ? 0 : largest_step(opposite_of_[p]) + told;
     steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + opposite));
   }
+  const double most = limitNamed("vertex jump");
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
     const double ratio = step / steps[unsignedIndex(patch_[v])];
     if (ratio > seen.jump.value) seen.jump_mm = step;
     seen.jump.take(ratio, v);
-    if (ratio > limitNamed("vertex jump")) seen.jumped.push_back(v);
-    if (ratio > kTearsFrom * limitNamed("vertex jump")) seen.torn.push_back(v);
+    if (ratio > most) seen.jumped.push_back(v);
+    if (ratio > kTearsFrom * most) seen.torn.push_back(v);
   }
 }
 

@@ -82,7 +82,7 @@ std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
                                        std::span<const JudgedPoses::Row> rows);
 
 /// Whether a face that is judged as `tried` is better than one that is judged as `kept`: it has fewer faults and closes
-/// the mouth where the other does, or has as many and closes it more often.
+/// the mouth and moves where the other does, or has as many and closes it more often.
 bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept);
 
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together

@@ -1,8 +1,10 @@
 // How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/bezier_deformation.md tells why.
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/index.h"
@@ -28,11 +30,6 @@ constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
 
 bool meetWrongly(const FaceJudgement& found) { return std::any_of(found.faults.begin(), found.faults.end(), isOfLips); }
-
-bool leavesOpen(const FaceJudgement& found) {
-  return std::any_of(found.faults.begin(), found.faults.end(),
-                     [](const FaceFault& fault) { return fault.limit == "closures"; });
-}
 
 bool canBeMended(const FaceJudgement& found) {
   return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
@@ -67,34 +64,23 @@ std::vector<bool> rimsOf(const FaceMesh& mesh, const ControlMesh& control) {
   return rims;
 }
 
-/// The mesh, welded, in each pose in which the captured lips touch.
-std::vector<VertexPositions> closuresOf(const FaceRig& rig, const Welding& welding, const JudgedPoses& poses,
-                                        const ActorPose& actor) {
+/// The mesh in each pose in which the captured lips touch.
+std::vector<VertexPositions> closuresOf(const FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor) {
   std::vector<VertexPositions> closures;
   const FaceMotion motion = rig.retarget(poses.motion, &actor, poses.lips);
   for (std::size_t row = 0; row < poses.rows.size(); ++row) {
     if (!poses.rows[row].closed) continue;
     VertexPositions& pose = closures.emplace_back();
     rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], pose);
-    if (!welding.isNothing()) pose = welding.weldedFromGiven(pose);
   }
   return closures;
 }
 
-}  // namespace
-
-bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
-  if (tried.faults.size() == kept.faults.size()) return tried.touching > kept.touching;
-  const bool opens = leavesOpen(tried) && !leavesOpen(kept);  // a mouth that closes is worth more than any fault
-  return tried.faults.size() < kept.faults.size() && !opens;
-}
-
-FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
-                       FaceJudgement judged) {
-  if (!canBeMended(judged)) return judged;
-  const Welding welding = weldSplitTriangles(rig.mesh());
-  const bool is_whole = welding.isNothing();
-  const FaceMesh mesh = is_whole ? rig.mesh() : welding.mesh;
+/// mendFace() of a mesh that welding leaves as it is.
+FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
+                        FaceJudgement judged) {
+  const auto shared_mesh = std::make_shared<const FaceMesh>(rig.mesh());
+  const FaceMesh& mesh = *shared_mesh;
   const HeadTopology topology(mesh, openingsOf(face.control));
   const double mouth_width = face.control.mouth_width;
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
@@ -124,29 +110,28 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     }
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
-    FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
+    FaceBinding binding = given.binding;
     binding.meets = way.meets;
     std::optional<LipLevelling> levelling;
     if (way.levels) levelling.emplace(mesh, face.control, binding, *way.levels);
-    FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
+    FaceRig moved = FaceRig::of(tried, shared_mesh, rig.name());
     FaceJudgement last = first;
     std::set<std::uint32_t> torn;
     for (std::size_t round = 0; round < kRounds; ++round) {
       const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      if (!way.levels || round == 0) {  // what levelling itself stretches stays
-        for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
-      }
-      if (levelling) levelling->level(closuresOf(moved, welding, poses, actor), binding);
+      if (!way.levels || round == 0)  // what levelling itself stretches stays
+        torn.insert(last.torn.begin(), last.torn.end());
+      if (levelling) levelling->level(closuresOf(moved, poses, actor), binding);
       if (levelling) last.left_open.fill(0);
       if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
         press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
-      tried.binding = is_whole ? binding : givenBinding(binding, welding);
-      moved = FaceRig::of(tried, rig.mesh(), rig.name());
+      tried.binding = binding;
+      moved = FaceRig::of(tried, shared_mesh, rig.name());
       const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
       if (mendsMore(last, judged)) {
         face = tried;
-        rig = FaceRig::of(face, moved.mesh(), moved.name());
+        rig = FaceRig::of(face, shared_mesh, rig.name());
         judged = last;
       }
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
@@ -156,6 +141,36 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     if (judged.faults.empty()) break;
   }
   return judged;
+}
+
+}  // namespace
+
+bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
+  const auto has = [](const FaceJudgement& found, std::string_view limit) {
+    return std::any_of(found.faults.begin(), found.faults.end(),
+                       [&](const auto& fault) { return fault.limit == limit; });
+  };
+  // A mouth that closes and a face that moves are worth more than any other fault.
+  for (const std::string_view limit : {"closures", "motion", "lip motion"}) {
+    if (has(tried, limit) && !has(kept, limit)) return false;
+  }
+  if (tried.faults.size() == kept.faults.size()) return tried.touching > kept.touching;
+  return tried.faults.size() < kept.faults.size();
+}
+
+FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
+                       FaceJudgement judged) {
+  if (!canBeMended(judged)) return judged;
+  const Welding welding = weldSplitTriangles(rig.mesh());
+  if (welding.isNothing()) return mendWhole(face, rig, poses, actor, std::move(judged));
+  // Sewn together once and not in each round.
+  FaceFile welded = face;
+  welded.binding = weldedBinding(face.binding, welding);
+  FaceRig sewn = FaceRig::of(welded, welding.mesh, rig.name());
+  mendWhole(welded, sewn, poses, actor, judgeFace(sewn, welded, poses, actor));
+  face.binding = givenBinding(welded.binding, welding);
+  rig = FaceRig::of(face, rig.mesh(), rig.name());
+  return judgeFace(rig, face, poses, actor);
 }
 
 }  // namespace mouthpiece

@@ -9,11 +9,12 @@ namespace mouthpiece {
 
 struct WarpOptions {
   RbfKernel kernel = RbfKernel::kInverseMultiquadric;
-  bool any_kernel = false;  ///< choose the kernel (and its shape) by leave-one-out cross-validation
+  bool any_kernel = false;  ///< choose kernel, shape and regularisation by leave-one-out cross-validation
   /// c of the inverse multiquadric as a multiple of the markers' mean nearest-neighbour distance; 0: the one of
   /// a few with the smallest leave-one-out error is taken.
   double shape_factor = 0;
-  /// 0 interpolates the landmarks exactly; more smooths (RbfOptions::regularization).
+  /// 0 interpolates the landmarks exactly, or with `any_kernel` leaves it to be chosen; more smooths
+  /// (RbfOptions::regularization).
   double regularization = 0;
 };
 

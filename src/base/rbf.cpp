@@ -124,6 +124,19 @@ double regularizationOnDiagonal(const Matrix& kernel, const RbfOptions& options,
   return 0.0;
 }
 
+/// [Phi + lambda P; P^T 0] of centres in scaled coordinates.
+Eigen::MatrixXd saddleSystem(const Matrix& centers, const RbfOptions& options, double scaled_shape) {
+  const Eigen::Index n = centers.rows(), terms = polynomialTermCount(options.polynomial, centers.cols());
+  const Matrix kernel = kernelMatrix(centers, centers, options, scaled_shape);
+  const Matrix polynomial = polynomialMatrix(centers, terms);
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + terms, n + terms);
+  system.topLeftCorner(n, n) = kernel;
+  system.topLeftCorner(n, n).diagonal().array() += regularizationOnDiagonal(kernel, options, scaled_shape);
+  system.topRightCorner(n, terms) = polynomial;
+  system.bottomLeftCorner(terms, n) = polynomial.transpose();
+  return system;
+}
+
 /// Solves [Phi P; P^T 0] [weights; polynomial] = [values; 0] for all columns with one factorisation.
 Eigen::MatrixXd solveSaddleSystem(const Eigen::MatrixXd& system, const Eigen::MatrixXd& right_side) {
   const Eigen::PartialPivLU<Eigen::MatrixXd> factors(system);
@@ -160,25 +173,27 @@ RbfInterpolant RbfInterpolant::fit(const Matrix& centers, const Matrix& values, 
 
   const Eigen::Index n = centers.rows();
   const Eigen::Index terms = polynomialTermCount(options.polynomial, centers.cols());
-  const double scaled_shape = options.shape / interpolant.scale_;
-  const Matrix kernel = kernelMatrix(interpolant.centers_, interpolant.centers_, options, scaled_shape);
-  const Matrix polynomial = polynomialMatrix(interpolant.centers_, terms);
-  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + terms, n + terms);
-  system.topLeftCorner(n, n) = kernel;
-  system.topLeftCorner(n, n).diagonal().array() += regularizationOnDiagonal(kernel, options, scaled_shape);
-  system.topRightCorner(n, terms) = polynomial;
-  system.bottomLeftCorner(terms, n) = polynomial.transpose();
 
   // Offsets from the mean lose fewer digits than positions far from the origin; the polynomial gives the mean back.
   const Eigen::RowVectorXd mean = terms > 0 ? Eigen::RowVectorXd(values.colwise().mean())
                                             : Eigen::RowVectorXd(Eigen::RowVectorXd::Zero(values.cols()));
   Eigen::MatrixXd right_side = Eigen::MatrixXd::Zero(n + terms, values.cols());
   right_side.topRows(n) = values.rowwise() - mean;
-  const Eigen::MatrixXd solution = solveSaddleSystem(system, right_side);
+  const Eigen::MatrixXd solution =
+      solveSaddleSystem(saddleSystem(interpolant.centers_, options, options.shape / interpolant.scale_), right_side);
   interpolant.weights_ = solution.topRows(n);
   interpolant.polynomial_weights_ = solution.bottomRows(terms);
   if (terms > 0) interpolant.polynomial_weights_.row(0) += mean;
   return interpolant;
+}
+
+/// With S the whole system, what the others miss at centre i is weight i / (S^-1)_ii: eliminating all rows but i leaves
+/// 1 / (S^-1)_ii times weight i = value i less what they make of it.
+Matrix RbfInterpolant::leaveOneOutErrors(const Matrix& centers, const Matrix& values, const RbfOptions& options) {
+  const RbfInterpolant whole = fit(centers, values, options);
+  const Eigen::MatrixXd system = saddleSystem(whole.centers_, options, options.shape / whole.scale_);
+  const Eigen::VectorXd inverse = system.partialPivLu().inverse().diagonal().head(centers.rows());
+  return whole.weights_.array().colwise() / inverse.array();
 }
 
 Matrix RbfInterpolant::evaluate(const Matrix& points) const {

@@ -31,6 +31,11 @@ class RbfInterpolant {
   /// or (for kLinear) all lie in one plane, InternalError for NaN.
   static RbfInterpolant fit(const Matrix& centers, const Matrix& values, const RbfOptions& options);
 
+  /// n x k: at each centre its value less what fit() to all the others makes of it, by one factorisation (S. Rippa, An
+  /// algorithm for selecting a good value for the parameter c, Adv. Comput. Math. 11, 1999, here with polynomial and
+  /// regularisation). Errors as fit().
+  static Matrix leaveOneOutErrors(const Matrix& centers, const Matrix& values, const RbfOptions& options);
+
   /// m x d points -> m x k values.
   [[nodiscard]] Matrix evaluate(const Matrix& points) const;
   /// Jacobian k x d at one point (1 x d).

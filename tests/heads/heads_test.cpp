@@ -1,10 +1,14 @@
 // A slice of random heads, fitted by ten clicks each: `heads` (heads_main.cpp) tries hundreds.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "deform/mesh/triangle_tree.h"
 #include "heads/mouth_trial.h"
 #include "programs/retarget/commands.h"
+#include "retarget/rig/face_fit.h"
 
 namespace mouthpiece::test {
 namespace {
@@ -65,14 +69,62 @@ TEST_P(ClickedHeads, Pass) {
   std::filesystem::remove_all(folder);
 }
 
+/// How much less far down the lower lip goes in its middle than beside it. `way`: of a marker.
+double waveOf(const std::function<Eigen::Vector3d(const std::string&)>& way) {
+  return way("LIP_LO_MID").y() - 0.5 * (way("LIP_LO_IN_R") + way("LIP_LO_IN_L")).y();
+}
+
+/// The lower lip's middle clicked 2 mm too low or too high, beside markers that found their places: it goes along with
+/// them as the actor's does, in the widest of the captured poses.
+TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
+  constexpr double kBesideMm = 2, kWithinMm = 0.75;
+  std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (GetParam() >= heads.size()) GTEST_SKIP() << "../shared/faces is not here";
+  const Corpus& corpus = clockCorpus();
+  const std::vector<std::string> names = corpus.layout.markerNames();
+  const auto number = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) - names.begin();
+  };
+  const auto placeIn = [&](const auto& row, const std::string& name) -> Eigen::Vector3d {
+    return row.template segment<3>(3 * number(name)).transpose();
+  };
+  Eigen::RowVectorXd widest;
+  double opening = 0;
+  for (const CorpusTake& take : corpus.takes) {
+    for (const auto& row : take.motion.positions_mm.rowwise()) {
+      const double now = (placeIn(row, "LIP_UP_MID") - placeIn(row, "LIP_LO_MID")).norm();
+      if (now > opening && row.allFinite()) {
+        opening = now;
+        widest = row;
+      }
+    }
+  }
+  const double of_actor = waveOf([&](const std::string& name) -> Eigen::Vector3d {
+    return placeIn(widest, name) - corpus.neutral_pose_mm.row(number(name)).transpose();
+  });
+  for (const double beside : {-kBesideMm, 0.0, kBesideMm}) {
+    ClickedHead head = heads[GetParam()];
+    auto& click = std::get<Eigen::Vector3d>(head.clicks.markers.at("LIP_LO_MID"));
+    const TriangleTree skin(head.mesh.vertices, trianglesOf(head.mesh, {PartKind::kSkin, PartKind::kLips}));
+    click = skin.closest(click + Eigen::Vector3d(0, beside / head.mm_per_unit, 0))->point;
+    const FaceFile face = fitFace(head.mesh, head.clicks, "clicks", requestFor(head, corpus));
+    const RbfWarp warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, face.warp);
+    const PositionMatrix moved = warp.targetFromActorRelative(widest, face.actor_neutral_mm);
+    const double wave = waveOf([&](const std::string& name) -> Eigen::Vector3d {
+      return head.mm_per_unit * (placeIn(moved.row(0), name) - face.marker_targets.row(number(name)).transpose());
+    });
+    EXPECT_LT(std::abs(wave - of_actor), kWithinMm) << head.name << " clicked " << beside << " mm beside";
+  }
+}
+
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so: of the first 24 seeds twenty-three pass
-// (docs/theory/deform/lip_line.md); 7, 29, 31, 47, 55, 71, 88, 93, 95, 101, 106, 127
+// (docs/theory/deform/lip_line.md); 7, 29, 31, 47, 55, 71, 88, 93, 95, 101, 127
 // and 137 by lips that are made to meet.
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads,
                          ::testing::Values(1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 9U, 10U, 11U, 12U, 13U, 14U, 15U, 16U, 17U,
                                            18U, 19U, 20U, 21U, 22U, 23U, 25U, 29U, 31U, 35U, 47U, 55U, 60U, 71U, 88U,
-                                           92U, 93U, 95U, 101U, 106U, 127U, 137U, 153U, 191U, 194U, 207U));
+                                           92U, 93U, 95U, 101U, 127U, 137U, 153U, 171U, 191U, 194U, 207U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);

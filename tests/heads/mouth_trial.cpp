@@ -163,13 +163,7 @@ const CorpusTake& wholeTake(const Corpus& corpus, std::size_t number) {
 
 }  // namespace
 
-MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedPoses& poses, std::size_t take,
-                    const std::filesystem::path& folder) {
-  MouthTrial trial;
-  std::filesystem::create_directories(folder);
-  const std::string stem = fmt::format("head_{}", head.name);
-  const std::string bytes = objOf(head);
-  writeFileAtomically(folder / (stem + ".obj"), bytes);
+FitRequest requestFor(const ClickedHead& head, const Corpus& corpus) {
   FitRequest request;
   request.name = head.name;
   request.corpus = corpus.name;
@@ -178,6 +172,17 @@ MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedP
   request.actor_neutral_mm = corpus.neutral_pose_mm;
   request.actor_closed_lips_mm = closedLipsMm(corpus);
   request.warp.any_kernel = true;
+  return request;
+}
+
+MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedPoses& poses, std::size_t take,
+                    const std::filesystem::path& folder) {
+  MouthTrial trial;
+  std::filesystem::create_directories(folder);
+  const std::string stem = fmt::format("head_{}", head.name);
+  const std::string bytes = objOf(head);
+  writeFileAtomically(folder / (stem + ".obj"), bytes);
+  FitRequest request = requestFor(head, corpus);
   request.mesh_file = stem + ".obj";
   request.mesh_sha256 = sha256Hex(bytes);
   try {
@@ -188,8 +193,7 @@ MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedP
     std::vector<std::string> faults = faultsOf(checkFace(face, mesh));
     FaceRig fitted = FaceRig::of(face, std::move(mesh), stem);
     const ActorPose actor = actorOf(corpus);
-    for (const FaceFault& fault :
-         mendFace(face, fitted, poses, actor, judgeFace(fitted, face, poses, actor)).faults)
+    for (const FaceFault& fault : mendFace(face, fitted, poses, actor, judgeFace(fitted, face, poses, actor)).faults)
       faults.push_back(fault.what);
     writeFaceFile(folder / (stem + ".face"), face);
     const FaceRig rig = FaceRig::load(folder / (stem + ".face"));

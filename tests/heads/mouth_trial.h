@@ -4,6 +4,7 @@
 #include <string>
 
 #include "heads/head_generator.h"
+#include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_judge.h"
 #include "units/file/corpus.h"
 
@@ -24,6 +25,9 @@ struct MouthTrial {
   [[nodiscard]] bool isTorn() const { return edge_growth_mm > 7 || jump_mm > 4 || shut * 10 < closures * 9; }
   [[nodiscard]] bool passes() const { return refused.empty() && faults.empty(); }
 };
+
+/// What `retarget fit` asks for; its file and hash are left open.
+FitRequest requestFor(const ClickedHead& head, const Corpus& corpus);
 
 /// `poses`: what fit's own judge moves it by; `take`: number of the corpus' take that moves it here, or of the next one
 /// that is whole and has closures. Files are written under `folder`.

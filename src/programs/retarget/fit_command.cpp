@@ -122,7 +122,8 @@ void addOptions(CLI::App& command, FitArguments& options) {
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command
-      .add_option("--smooth", options.warp.regularization, "Regularisation of the warp; 0 meets every marker exactly")
+      .add_option("--smooth", options.warp.regularization,
+                  "Regularisation of the warp; 0 meets every marker exactly, or with --kernel auto chooses it")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command

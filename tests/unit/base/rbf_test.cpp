@@ -50,6 +50,26 @@ std::vector<RbfOptions> exactOptions() {
   return options;
 }
 
+/// The closed form against fits to all other centres.
+TEST(RbfInterpolant, LeavesCentresOutAsFitsWithoutThemDo) {
+  constexpr double kToleranceMm = 1e-4;
+  const Matrix centers = facePoints(6, 40), values = smoothlyMoved(centers);
+  std::vector<RbfOptions> all = exactOptions();
+  // The other kernels' regularisation is relative to a mean over all centres, so that one less changes it a little.
+  all.push_back({RbfKernel::kInverseMultiquadric, RbfPolynomial::kLinear, 40.0, 0.1});
+  for (const RbfOptions& options : all) {
+    const Matrix errors = RbfInterpolant::leaveOneOutErrors(centers, values, options);
+    for (Eigen::Index i = 0; i < centers.rows(); ++i) {
+      Matrix other_centers(centers.rows() - 1, 3), other_values = other_centers;
+      other_centers << centers.topRows(i), centers.bottomRows(centers.rows() - 1 - i);
+      other_values << values.topRows(i), values.bottomRows(centers.rows() - 1 - i);
+      const Matrix there = RbfInterpolant::fit(other_centers, other_values, options).evaluate(centers.row(i));
+      EXPECT_LT((values.row(i) - there - errors.row(i)).norm(), kToleranceMm)
+          << "centre " << i << " kernel " << static_cast<int>(options.kernel) << " shape " << options.shape;
+    }
+  }
+}
+
 TEST(RbfInterpolant, MeetsEveryCentre) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Matrix centers = facePoints(seed, 66);

@@ -92,6 +92,8 @@ TEST(MendingRule, KeepsWhatLeavesFewerFaultsButNoOpenMouth) {
   EXPECT_FALSE(mendsMore(open, torn)) << "a mouth that closes is not opened for whole skin";
   EXPECT_TRUE(mendsMore(open, judged({"closures", "stretch"}, 30))) << "one that is open may stay so";
   EXPECT_TRUE(mendsMore(judged({"closures"}, 21), open));
+  EXPECT_FALSE(mendsMore(judged({"motion"}, 39), torn)) << "a face that stands still never tears";
+  EXPECT_FALSE(mendsMore(judged({"lip motion"}, 39), judged({"stretch"}, 38))) << "and its lips always touch";
   EXPECT_FALSE(mendsMore(open, open)) << "what is as good stays as it was";
   EXPECT_FALSE(mendsMore(judged({"lips in each other"}, 20), open));
   EXPECT_TRUE(mendsMore(judged({"lips in each other"}, 39), open));
