@@ -58,8 +58,19 @@ function(mouthpiece_test name)
   if(ARG_PROGRAMS)
     add_dependencies(${name} ${ARG_PROGRAMS})
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}"
-    DISCOVERY_TIMEOUT 60)
+  if(NOT name MATCHES "^unit_")  # long ones, side by side
+    gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}"
+      DISCOVERY_TIMEOUT 60)
+    return()
+  endif()
+  set(found ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.cmake)
+  list(TRANSFORM ARG_SOURCES REPLACE "^([^/].*)$" "${CMAKE_CURRENT_SOURCE_DIR}/\\1" OUTPUT_VARIABLE sources)
+  add_custom_command(TARGET ${name} POST_BUILD BYPRODUCTS ${found} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -DNAME=${name} -DPROGRAM=$<TARGET_FILE:${name}> "-DSOURCES=${sources}"
+            "-DLABELS=${ARG_LABELS}" -DOUTPUT=${found} -P ${CMAKE_SOURCE_DIR}/cmake/DiscoverTests.cmake)
+  set(include ${CMAKE_CURRENT_BINARY_DIR}/${name}_include.cmake)
+  file(WRITE ${include} "if(EXISTS [=[${found}]=])\n  include([=[${found}]=])\nelse()\n  add_test([=[${name}_NOT_BUILT]=] [=[${name}_NOT_BUILT]=])\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${include})
 endfunction()
 
 # mouthpiece_count_allocations(TEST): for tests/support/allocations.h.
