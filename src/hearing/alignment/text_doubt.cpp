@@ -167,15 +167,14 @@ void judgeLine(const FoundLine& line, const Eigen::MatrixXf& matches, const Eige
   }
 }
 
-/// Where the words of each line end.
-std::vector<std::size_t> lineEnds(std::size_t words) {
-  const std::size_t lines = std::max<std::size_t>(1, (words + TextDoubt::kWordsALine - 1) / TextDoubt::kWordsALine);
+}  // namespace
+
+std::vector<std::size_t> TextDoubt::lineEnds(std::size_t words) {
+  const std::size_t lines = std::max<std::size_t>(1, (words + kWordsALine - 1) / kWordsALine);
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i <= lines; ++i) ends.push_back(i * words / lines);
   return ends;
 }
-
-}  // namespace
 
 TextDoubt::TextDoubt(PhoneDecoder& decoder, const Language& language)
     : decoder_(decoder), loop_(loopOf(decoder.scorer().sharedModel(), language)) {}

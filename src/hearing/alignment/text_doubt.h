@@ -60,6 +60,8 @@ struct Believed {
 class TextDoubt {
  public:
   static constexpr std::size_t kWordsALine = 12;
+  /// Where the stretches end that are judged together.
+  static std::vector<std::size_t> lineEnds(std::size_t words);
 
   /// `decoder` is kept alive by the caller.
   TextDoubt(PhoneDecoder& decoder, const Language& language);

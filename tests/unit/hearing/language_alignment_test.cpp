@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <random>
+#include <string>
 
 #include "base/errors.h"
 #include "hearing/alignment/forced_alignment.h"
@@ -54,7 +56,8 @@ TEST_F(MadeUp, ItsWordsAreFoundInASound) {
   EXPECT_EQ(mats.last.value - mats.first.value, 2U);
   EXPECT_EQ(found.labels.phones[mats.last.value].phone, Phone::kCH);
   const PhoneRange said = line.labels.words[2].phones;
-  EXPECT_NEAR(found.labels.phones[mats.last.value].span.start, line.labels.phones[said.last.value - 1].span.start, kNear);
+  EXPECT_NEAR(found.labels.phones[mats.last.value].span.start, line.labels.phones[said.last.value - 1].span.start,
+              kNear);
 }
 
 TEST_F(MadeUp, APhoneThatItLacksIsNamed) {
@@ -67,6 +70,28 @@ TEST_F(MadeUp, APhoneThatItLacksIsNamed) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("has the phone DH; expected phones of Tokish"), std::string::npos);
   }
+}
+
+/// Lines and, the last three, languages that the doubt was not chosen on.
+TEST(LanguageDoubt, BelievesWhatIsSaidAndNotAnothersText) {
+  const std::array<std::array<std::string, 3>, 6> all{
+      {{"it", "Mio padre beve il vino rosso ogni sera.", "La barca blu passa sotto il ponte vecchio."},
+       {"es", "Mi primo vive en un pueblo muy pequeño.", "El tren sale temprano todas las mañanas."},
+       {"fr", "Mon père boit un verre de vin le soir.", "La belle maison bleue est au bord du lac."},
+       {"da", "Min bror bor i en lille by ved havet.", "Toget kører tidligt hver eneste morgen."},
+       {"nb", "Min bror bor i en liten by ved havet.", "Toget går tidlig hver eneste morgen."},
+       {"ro", "Fratele meu lucrează la o fabrică mare.", "Trenul pleacă devreme în fiecare dimineață."}}};
+  std::size_t right = 0, other = 0;
+  for (const auto& [tag, said, instead] : all) {
+    const Language& language = languageOf(tag);
+    const Pronouncer pronouncer(nullptr, language);
+    ForcedAligner aligner({}, language);
+    const AudioClip sound = makeVoice("espeak:" + tag)->speak(said).audio;
+    right += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(said), "line")).empty() ? 0 : 1;
+    other += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(instead), "line")).empty() ? 0 : 1;
+  }
+  EXPECT_LE(right, 1U) << "of 6";
+  EXPECT_GE(other, 4U) << "of 6";
 }
 
 TEST(Alignment, LouderSofterAndLongerSoundsGiveTheSameTimes) {
