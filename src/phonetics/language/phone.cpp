@@ -101,10 +101,9 @@ static_assert(areInOrder(kPhones, [](const PhoneRow& row) { return row.phone; })
 static_assert(areInOrder(kVisemes, [](const VisemeRow& row) { return row.viseme; }));
 
 std::optional<Phone> phoneFromUpperCase(std::string_view name) {
-  auto found = std::ranges::find(kPhones, name, &PhoneRow::name);
-  if (found == kPhones.end())
-    found = std::find_if(kPhones.begin(), kPhones.end(),
-                         [&](const PhoneRow& row) { return isWordOf(row.other_names, name); });
+  const auto find = [](const auto& is_it) { return std::find_if(kPhones.begin(), kPhones.end(), is_it); };
+  auto found = find([&](const PhoneRow& row) { return row.name == name; });
+  if (found == kPhones.end()) found = find([&](const PhoneRow& row) { return isWordOf(row.other_names, name); });
   return found == kPhones.end() ? std::nullopt : std::optional(found->phone);
 }
 
