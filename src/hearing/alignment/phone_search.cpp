@@ -25,8 +25,8 @@ constexpr float kUnheard = 1e30F;
 constexpr Eigen::Index kFramesAtOnce = 32;
 /// So many words before and after the one that is heard are kept in mind.
 constexpr std::size_t kWordsBeside = 100;
-/// What lies back so many frames, 15 s, is settled.
-constexpr Eigen::Index kSettled = 1500;
+/// So many units' frames, 16 MB, lie back when something is settled: of a long text some 20 s.
+constexpr std::size_t kSettled = 2'700'000;
 
 /// A phone of the model after another, or a silence, as a path may go through it.
 struct Unit {
@@ -165,7 +165,8 @@ class PathSearch {
       const SenoneScorer::Scores& block = scores(first, count);
       for (Eigen::Index i = 0; i < count; ++i) {
         hearFrame(first + i, block.col(i).data());
-        if ((first + i) % kSettled == kSettled - 1) settle(first + i);
+        heard_ += rows_.back().ways.size();
+        if (heard_ >= kSettled) settle(first + i);
       }
     }
   }
@@ -273,21 +274,23 @@ class PathSearch {
     }
     const std::uint32_t origin = states_[best.unit].origin[best.state];
     const float cost = costAt(best);
-    const Eigen::Index origin_frame = frame - kSettled;
-    if (origin_frame > 0) {
-      goBack(origin_frame, {origin / kStates, origin % kStates});
-      rows_.erase(rows_.begin(), rows_.begin() + (origin_frame - rows_from_));
-      rows_from_ = origin_frame;
+    const bool has_origins = origin_frame_ > 0;
+    if (has_origins) {
+      goBack(origin_frame_, {origin / kStates, origin % kStates});
+      rows_.erase(rows_.begin(), rows_.begin() + (origin_frame_ - rows_from_));
+      rows_from_ = origin_frame_;
     }
     for (std::size_t unit = first_; unit < end_; ++unit) {
       for (std::size_t state = 0; state < kStates; ++state) {
         States& own = states_[unit];
-        const bool stays = origin_frame <= 0 || own.origin[state] == origin;
+        const bool stays = !has_origins || own.origin[state] == origin;
         own.cost[state] = stays && own.cost[state] < kUnheard ? own.cost[state] - cost : kUnheard;
         own.origin[state] = static_cast<std::uint32_t>(kStates * unit + state);
       }
     }
     settled_cost_ += double{cost};
+    origin_frame_ = frame;
+    heard_ = 0;
   }
 
   /// Tells where the path that is at `place` in frame `last` went on to units, in what is not told yet.
@@ -333,7 +336,8 @@ class PathSearch {
   std::vector<States> states_;
   std::size_t first_ = 0, end_ = 0;  ///< units that are heard
   std::deque<Row> rows_;
-  Eigen::Index rows_from_ = 0, told_ = 0;
+  Eigen::Index rows_from_ = 0, told_ = 0, origin_frame_ = 0;
+  std::size_t heard_ = 0;  ///< units' frames since something was settled last
   double settled_cost_ = 0;
   std::vector<Begin> begins_;
 };

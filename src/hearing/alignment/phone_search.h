@@ -24,8 +24,9 @@ struct Pauses {
 /// gaps, from the first frame to the last; spans are not filled in. A phone is the model's after its
 /// neighbour and before silence, which tells best what is said. `scores`: 0 is the best of a frame. Empty where the
 /// frames are too few. Time and memory grow with the length alone: paths some 100 words beside the likeliest are given
-/// up, and what lies 15 s back is settled. Throws InputError when there are more than 100,000 phones, 63 ways to say a
-/// word, or too many pairs of such ways. (L. R. Rabiner, Proceedings of the IEEE 77, 1989, section III B.)
+/// up, and of a long text what lies 20 s back is settled. Throws InputError when there are more than 100,000 phones, 63
+/// ways to say a word, or too many pairs of such ways. (L. R. Rabiner, Proceedings of the IEEE 77, 1989, section III
+/// B.)
 std::vector<DecodedPhone> likeliestPath(const WordWays& words, const HeardAs& heard, const TiedModel& model,
                                         const Pauses& pauses, Eigen::Index frames, const ScoresOf& scores);
 
