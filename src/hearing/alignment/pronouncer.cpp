@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 
@@ -28,9 +30,9 @@ bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c
 /// beside their place, and looked up there: a line of text must not wait for 135,000 words of which it needs ten.
 class Dictionary {
  public:
-  explicit Dictionary(const Language& language) {
-    const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary;
-    if (!language.dictionary.empty() && std::filesystem::exists(path)) file_.emplace(path, kMaxDictionaryBytes);
+  explicit Dictionary(const Language& language)
+      : path_(std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary) {
+    if (!language.dictionary.empty() && std::filesystem::exists(path_)) file_.emplace(path_, kMaxDictionaryBytes);
   }
 
   [[nodiscard]] bool isEmpty() const { return !file_ || file_->size() == 0; }
@@ -76,7 +78,9 @@ class Dictionary {
 
   [[nodiscard]] std::string bytesFrom(std::uint64_t first, std::uint64_t count) const {
     std::string bytes(std::min(count, file_->size() - first), '\0');
-    bytes.resize(file_->read(first, bytes));
+    errno = 0;
+    if (file_->read(first, bytes) != bytes.size())
+      throw InputError(path_.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
     return bytes;
   }
 
@@ -95,6 +99,7 @@ class Dictionary {
     return (low == 0 ? "\n" : "") + bytesFrom(low, high + kBeside - low);
   }
 
+  std::filesystem::path path_;
   std::optional<FileReader> file_;
 };
 
