@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <span>
@@ -31,6 +33,7 @@ struct SoundBytes {
   std::uint64_t size = 0;
   ReadBytes read;
   std::uint64_t position = 0;
+  int error = 0;  ///< errno of bytes that were there and could not be read
 
   /// Fewer where there are no more.
   [[nodiscard]] std::string at(std::uint64_t first, std::size_t count) const {
@@ -152,6 +155,7 @@ struct SoundView {
     const std::size_t taken =
         sound.read(sound.position, {static_cast<char*>(to), unsignedIndex(std::max<sf_count_t>(count, 0))});
     sound.position += taken;
+    if (taken < unsignedIndex(std::max<sf_count_t>(count, 0)) && sound.position < sound.size) sound.error = errno;
     return signedIndex(taken);
   }
   static sf_count_t write(const void*, sf_count_t, void*) { return 0; }
@@ -223,7 +227,10 @@ AudioClip soundIn(SoundBytes bytes, std::string_view name, Seconds max_duration)
     throw InputError(name, "", fmt::format("is no sound that can be read: {}", printable(sf_strerror(nullptr))));
   }
   checkInfo(info, name, max_duration);
-  return {.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size)};
+  AudioClip clip{.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size)};
+  // libsndfile takes what cannot be read for the sound's end.
+  if (bytes.error != 0) throw InputError(name, "", fmt::format("cannot be read: {}", std::strerror(bytes.error)));
+  return clip;
 }
 
 void appendWav(const AudioClip& clip, const AppendBytes& append) {
