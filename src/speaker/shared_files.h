@@ -9,8 +9,8 @@ namespace mouthpiece {
 /// code is part of (`../share/mouthpiece/NAME` or a little above), so in the build folder as after an install, from any
 /// working directory. Throws InputError that ends in `how_to_make` when there is no such file.
 std::filesystem::path findSharedFile(std::string_view name, std::string_view how_to_make);
-/// The corpus that an option names: none is the sample corpus, "clock", where no file has that name, its 55 sentences of
-/// the paper's grammar. Throws the same.
+/// The corpus that an option names: none is the sample corpus, "clock", where no file has that name, its 55 sentences
+/// of the paper's grammar. Throws the same.
 std::filesystem::path corpusFile(const std::filesystem::path& named);
 /// The WebAssembly that `make wasm` builds for pages (src/page_engine). Throws InputError where nobody has.
 std::filesystem::path pageEngineFile();

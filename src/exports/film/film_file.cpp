@@ -9,9 +9,9 @@
 #include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
-#include "base/text_encoding.h"
 #include "base/index.h"
 #include "base/parallel_for.h"
+#include "base/text_encoding.h"
 #include "base/zip.h"
 
 namespace mouthpiece {
