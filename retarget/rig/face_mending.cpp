@@ -168,9 +168,15 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   welded.binding = weldedBinding(face.binding, welding);
   FaceRig sewn = FaceRig::of(welded, welding.mesh, rig.name());
   mendWhole(welded, sewn, poses, actor, judgeFace(sewn, welded, poses, actor));
-  face.binding = givenBinding(welded.binding, welding);
-  rig = FaceRig::of(face, rig.mesh(), rig.name());
-  return judgeFace(rig, face, poses, actor);
+  const FaceBinding mended = std::move(welded.binding);
+  welded = face;
+  welded.binding = givenBinding(mended, welding);
+  sewn = FaceRig::of(welded, rig.mesh(), rig.name());
+  const FaceJudgement found = judgeFace(sewn, welded, poses, actor);
+  if (!mendsMore(found, judged)) return judged;
+  face = std::move(welded);
+  rig = std::move(sewn);
+  return found;
 }
 
 }  // namespace mouthpiece
