@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace mouthpiece {
@@ -25,8 +26,11 @@ class FileReader {
   [[nodiscard]] std::uint64_t size() const { return size_; }
   /// What ReadBytes promises; errno says why there were fewer before the end.
   std::size_t read(std::uint64_t at, std::span<char> to) const;
+  /// At most `count` bytes from `at` on, fewer at the end. Throws InputError where they cannot be read.
+  [[nodiscard]] std::string bytes(std::uint64_t at, std::uint64_t count) const;
 
  private:
+  std::filesystem::path path_;
   int descriptor_;
   std::uint64_t size_ = 0;
 };

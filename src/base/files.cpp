@@ -178,7 +178,7 @@ void FilesTogether::commit() {
   waiting_.clear();
 }
 
-FileReader::FileReader(const fs::path& path, std::uint64_t max_bytes) {
+FileReader::FileReader(const fs::path& path, std::uint64_t max_bytes) : path_(path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(path.string(), "", "no such file");
@@ -203,13 +203,17 @@ std::size_t FileReader::read(std::uint64_t at, std::span<char> to) const {
   return done;
 }
 
+std::string FileReader::bytes(std::uint64_t at, std::uint64_t count) const {
+  std::string bytes(std::min(count, size_ - std::min(at, size_)), '\0');
+  errno = 0;
+  if (read(at, bytes) != bytes.size())
+    throw InputError(path_.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
+  return bytes;
+}
+
 std::string readFile(const fs::path& path, std::uint64_t max_bytes) {
   const FileReader file(path, max_bytes);
-  std::string bytes(file.size(), '\0');
-  errno = 0;
-  if (file.read(0, bytes) != bytes.size())
-    throw InputError(path.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
-  return bytes;
+  return file.bytes(0, file.size());
 }
 
 void writeFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {

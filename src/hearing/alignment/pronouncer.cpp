@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 
@@ -30,9 +28,9 @@ bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c
 /// beside their place, and looked up there: a line of text must not wait for 135,000 words of which it needs ten.
 class Dictionary {
  public:
-  explicit Dictionary(const Language& language)
-      : path_(std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary) {
-    if (!language.dictionary.empty() && std::filesystem::exists(path_)) file_.emplace(path_, kMaxDictionaryBytes);
+  explicit Dictionary(const Language& language) {
+    const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary;
+    if (!language.dictionary.empty() && std::filesystem::exists(path)) file_.emplace(path, kMaxDictionaryBytes);
   }
 
   [[nodiscard]] bool isEmpty() const { return !file_ || file_->size() == 0; }
@@ -52,7 +50,7 @@ class Dictionary {
 
   [[nodiscard]] std::vector<std::vector<Phone>> usualWays() const {
     std::vector<std::vector<Phone>> ways;
-    const std::string all = isEmpty() ? std::string() : bytesFrom(0, file_->size());
+    const std::string all = isEmpty() ? std::string() : file_->bytes(0, file_->size());
     LineReader lines(all);
     for (std::string_view line; lines.next(line);) {
       const std::size_t blank = line.find(' ');
@@ -76,14 +74,6 @@ class Dictionary {
     return way;
   }
 
-  [[nodiscard]] std::string bytesFrom(std::uint64_t first, std::uint64_t count) const {
-    std::string bytes(std::min(count, file_->size() - first), '\0');
-    errno = 0;
-    if (file_->read(first, bytes) != bytes.size())
-      throw InputError(path_.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
-    return bytes;
-  }
-
   /// Whole lines, each after a line's end, among which the one that begins with `start` is if there is one. A blank
   /// sorts before every letter, so lines sort as their words do.
   [[nodiscard]] std::string linesAround(std::string_view start) const {
@@ -91,15 +81,14 @@ class Dictionary {
     std::uint64_t low = 0, high = file_->size();
     while (high - low > kEnough) {
       const std::uint64_t middle = low + (high - low) / 2;
-      const std::string line = bytesFrom(middle, kBeside);
+      const std::string line = file_->bytes(middle, kBeside);
       const bool is_before = line.substr(std::min(line.find('\n'), line.size() - 1) + 1) < start;
       (is_before ? low : high) = middle;
     }
     low -= std::min(low, kBeside);
-    return (low == 0 ? "\n" : "") + bytesFrom(low, high + kBeside - low);
+    return (low == 0 ? "\n" : "") + file_->bytes(low, high + kBeside - low);
   }
 
-  std::filesystem::path path_;
   std::optional<FileReader> file_;
 };
 
