@@ -57,6 +57,19 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
+std::string withoutBracketed(std::string_view text, std::string_view pairs) {
+  std::string left, open(pairs);
+  while (!text.empty()) {
+    const std::size_t pair = open.find(text.front());
+    const bool opens = pair % 2 == 0;
+    const std::size_t end = opens ? text.find(open[pair + 1]) : std::string_view::npos;
+    if (opens && end == std::string_view::npos) open.erase(pair, 2);  // no later one closes either
+    if (end == std::string_view::npos) left += text.front();
+    text.remove_prefix(end == std::string_view::npos ? 1 : end + 1);
+  }
+  return std::string(trimmed(left));
+}
+
 std::optional<double> parseNumber(std::string_view text) {
   text = trimmed(text);
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);

@@ -13,6 +13,9 @@ std::optional<double> parseNumber(std::string_view text);
 
 /// `text` without blanks (space, tab, carriage return) at its ends.
 std::string_view trimmed(std::string_view text);
+/// What is left of `text` without brackets and what stands in them, trimmed. `pairs`: which, opening and closing ones
+/// in turn, as "<>{}". A bracket that does not close stays.
+std::string withoutBracketed(std::string_view text, std::string_view pairs);
 
 /// Appends `value`, finite, with exactly `decimals` digits behind the point (at most 9), halves away from zero; never
 /// "-0". Many times faster than a stream.

@@ -120,26 +120,6 @@ Song parseUst(std::string_view bytes, std::string_view name) {
   return songOf(std::move(notes), title, name);
 }
 
-namespace {
-
-/// What is sung of a subtitle's line: not its <tags>, {styles} and [remarks].
-std::string sungPart(std::string_view line) {
-  std::string sung;
-  char closes = 0;
-  for (const char c : line) {
-    if (closes != 0) {
-      if (c == closes) closes = 0;
-    } else if (c == '<' || c == '{' || c == '[') {
-      closes = c == '<' ? '>' : c == '{' ? '}' : ']';
-    } else {
-      sung += c;
-    }
-  }
-  return std::string(trimmed(sung));
-}
-
-}  // namespace
-
 Song parseSubtitleSong(std::string_view bytes, std::string_view name) {
   const std::string text = decodeText(bytes, name);
   std::vector<TimedNote> notes;
@@ -164,7 +144,7 @@ Song parseSubtitleSong(std::string_view bytes, std::string_view name) {
     } else if (trimmed(line).empty()) {
       finish();
     } else if (span) {
-      words += std::string(words.empty() ? "" : " ") + sungPart(line);
+      words += std::string(words.empty() ? "" : " ") + withoutBracketed(line, "<>{}[]");
     }
   }
   finish();

@@ -66,17 +66,6 @@ bool isTabbedLine(std::string_view line) {
   return fields.size() == 3 && (line == "start\tend\ttext" || (parseNumber(fields[0]) && parseNumber(fields[1])));
 }
 
-/// Without what stands in square brackets.
-std::string saidPart(std::string_view text) {
-  std::string said;
-  while (!text.empty()) {
-    const std::size_t open = std::min(text.find('['), text.size()), close = text.find(']', open);
-    said += text.substr(0, close == std::string_view::npos ? text.size() : open);
-    text.remove_prefix(close == std::string_view::npos ? text.size() : close + 1);
-  }
-  return std::string(trimmed(said));
-}
-
 /// Several objects, one a line.
 bool isJsonLines(std::string_view text) {
   const std::string_view first = firstLine(text);
@@ -109,7 +98,7 @@ void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text
 }
 
 void TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
-  std::string said = saidPart(text);
+  std::string said = withoutBracketed(text, "[]");
   if (said.empty()) return;
   check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
   span.end = std::max(span.end, span.start + kLeastTime);

@@ -43,20 +43,8 @@ Seconds requireClock(std::string_view text, std::string_view file, std::size_t l
 
 /// Without <tags>, {styles} and speakers' dashes.
 std::string plainCue(std::string_view line) {
-  std::string plain;
-  char closes = 0;
-  for (const char c : line) {
-    if (closes != 0) {
-      if (c == closes) closes = 0;
-    } else if (c == '<') {
-      closes = '>';
-    } else if (c == '{') {
-      closes = '}';
-    } else {
-      plain += c;
-    }
-  }
-  std::string_view text = trimmed(plain);
+  const std::string plain = withoutBracketed(line, "<>{}");
+  std::string_view text = plain;
   while (text.starts_with('-')) text = trimmed(text.substr(1));
   return std::string(text);
 }

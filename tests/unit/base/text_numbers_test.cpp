@@ -99,5 +99,14 @@ TEST(SplitFields, KeepsEmptyFields) {
   EXPECT_EQ(fields.size(), 1U);
 }
 
+TEST(WithoutBracketed, LeavesWhatStandsOutside) {
+  EXPECT_EQ(withoutBracketed(" <i>one</i> [laughs] {x} two ", "<>[]{}"), "one   two");
+  EXPECT_EQ(withoutBracketed("<i>one</i> [laughs]", "<>"), "one [laughs]");
+  EXPECT_EQ(withoutBracketed("[a] b [c", "[]"), "b [c");
+  EXPECT_EQ(withoutBracketed("one ] two", "[]"), "one ] two");
+  EXPECT_EQ(withoutBracketed("", "<>"), "");
+  EXPECT_EQ(withoutBracketed(std::string(300'000, '<'), "<>").size(), 300'000U) << "in no time";
+}
+
 }  // namespace
 }  // namespace mouthpiece
