@@ -6,6 +6,7 @@
 #include <CGAL/Simple_cartesian.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "base/index.h"
@@ -114,16 +115,24 @@ TriangleTree::~TriangleTree() = default;
 
 bool TriangleTree::empty() const { return data_->triangles.empty(); }
 
-std::optional<TriangleTree::Foot> TriangleTree::closest(const Eigen::Vector3d& point, const Foot* begin_at) const {
+std::optional<TriangleTree::Foot> TriangleTree::closest(const Eigen::Vector3d& point, const Foot* begin_at,
+                                                        double within) const {
   if (empty()) return std::nullopt;
   const Kernel::Point_3 from(point.x(), point.y(), point.z());
   const auto [found, triangle] = [&] {
-    if (begin_at == nullptr) return data_->tree.closest_point_and_primitive(from);
-    const auto number = std::lower_bound(data_->numbers.begin(), data_->numbers.end(), begin_at->triangle);
-    const Eigen::Vector3d& at = begin_at->point;
+    if (begin_at != nullptr && (begin_at->point - point).norm() < within) {
+      const auto number = std::lower_bound(data_->numbers.begin(), data_->numbers.end(), begin_at->triangle);
+      const Eigen::Vector3d& at = begin_at->point;
+      return data_->tree.closest_point_and_primitive(
+          from,
+          {Kernel::Point_3(at.x(), at.y(), at.z()), data_->triangles.cbegin() + (number - data_->numbers.begin())});
+    }
+    if (std::isinf(within)) return data_->tree.closest_point_and_primitive(from);
+    // A place on no triangle, as far off as is looked.
     return data_->tree.closest_point_and_primitive(
-        from, {Kernel::Point_3(at.x(), at.y(), at.z()), data_->triangles.cbegin() + (number - data_->numbers.begin())});
+        from, {Kernel::Point_3(point.x() + within, point.y(), point.z()), data_->triangles.cend()});
   }();
+  if (triangle == data_->triangles.cend()) return std::nullopt;
   const Eigen::Vector3d foot(found.x(), found.y(), found.z());
   return Foot{foot, data_->numberOf(triangle), weightsAt(*triangle, foot)};
 }

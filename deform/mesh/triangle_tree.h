@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,8 +30,10 @@ class TriangleTree {
     std::size_t triangle;     ///< of those given
     Eigen::Vector3d weights;  ///< of its corners
   };
-  /// The closest point; nullopt when there are no triangles. `begin_at`: a place on one of them that is near.
-  [[nodiscard]] std::optional<Foot> closest(const Eigen::Vector3d& point, const Foot* begin_at = nullptr) const;
+  /// The closest point; nullopt where no triangle is nearer than `within`. `begin_at`: a place on one of them that is
+  /// near.
+  [[nodiscard]] std::optional<Foot> closest(const Eigen::Vector3d& point, const Foot* begin_at = nullptr,
+                                            double within = std::numeric_limits<double>::infinity()) const;
 
   /// Numbers of the triangles whose boxes touch `box`, rising.
   [[nodiscard]] std::vector<std::size_t> touching(const Eigen::AlignedBox3d& box) const;

@@ -142,8 +142,8 @@ class BezierSurface {
   [[nodiscard]] const std::vector<CloughTocher<double>>& splits() const { return splits_; }
 
   /// Largest angle between the unit normals on both sides of inner edges (of triangles and of their splits), degrees;
-  /// `samples` points an edge, its ends included.
-  [[nodiscard]] double maxNormalAngleAcrossEdges(const Pose& pose, int samples = 33) const;
+  /// `samples` points an edge, its ends included: along an edge normals are of degree four.
+  [[nodiscard]] double maxNormalAngleAcrossEdges(const Pose& pose, int samples = 9) const;
 
  private:
   [[nodiscard]] Pose netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const;

@@ -107,12 +107,12 @@ class PosedSurface {
     }
   }
 
-  /// nullopt where no triangle is near. `facing`: the normal of the surface that `p` lies on; inside is only what faces
-  /// the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal, for what is
-  /// thin.
+  /// nullopt where no triangle is within `within`. `facing`: the normal of the surface that `p` lies on; inside is only
+  /// what faces the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal,
+  /// for what is thin.
   [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing,
-                                                     double least_cosine = 0) {
-    const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr);
+                                                     double within, double least_cosine) {
+    const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr, within);
     if (!foot) return std::nullopt;
     last_ = foot;
     const double distance = (p - foot->point).norm();
@@ -344,15 +344,17 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       if (triangle != point.triangle) to_lip = to_teeth = to_tongue = {};
       triangle = point.triangle;
       const Eigen::Vector3d p = placeOf(point, vertices);
-      const auto isSeen = [&](PosedSurface& surface, double enough, double cosine, Known& known) {
+      // What is neither nearer than `enough` nor less deep inside than `deep` is not asked for.
+      const auto isSeen = [&](PosedSurface& surface, double enough, double deep, double cosine, Known& known) {
         if (known.least(p) > enough) return std::optional<double>();
-        const auto distance = surface.signedDistance(p, own.normalAt(point), cosine);
-        if (distance) known = {p, *distance};
-        return distance;
+        const double within = std::max(enough, deep);
+        const auto distance = surface.signedDistance(p, own.normalAt(point), within, cosine);
+        known = {p, distance.value_or(within)};
+        return distance && *distance > -deep ? distance : std::nullopt;
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
       double& overlap = contact.overlaps[point.across];
-      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip) {
+      if (const auto gap = isSeen(other, gap_here, data_->deep_in_lip, 0, to_lip)) {
         const double depth = -*gap;
         contact.seeming_overlap = std::max(contact.seeming_overlap, depth);
         if (depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p)) {
@@ -360,9 +362,9 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
           if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
         }
       }
-      if (const auto gap = isSeen(teeth, 0, 0, to_teeth); gap && *gap > -data_->deepest)
+      if (const auto gap = isSeen(teeth, 0, data_->deepest, 0, to_teeth))
         contact.in_teeth = std::max(contact.in_teeth, -*gap);
-      if (const auto gap = isSeen(tongue, 0, kStraight, to_tongue); gap && *gap > -data_->deep_in_tongue)
+      if (const auto gap = isSeen(tongue, 0, data_->deep_in_tongue, kStraight, to_tongue))
         contact.in_tongue = std::max(contact.in_tongue, -*gap);
     }
   };

@@ -71,6 +71,14 @@ TEST_P(RandomSoups, TheClosestPointIsThatOfEveryTriangle) {
     EXPECT_LT((again - foot->point).norm(), 1e-6);
     EXPECT_NEAR(foot->weights.sum(), 1, 1e-9);
     EXPECT_GT(foot->weights.minCoeff(), -1e-6);
+    // Looked for no further off it is the same one, wherever the search begins, or none.
+    const TriangleTree::Foot begin{pointAt(soup.vertices, t[0]), foot->triangle, Eigen::Vector3d::UnitX()};
+    for (const TriangleTree::Foot* begin_at : {static_cast<const TriangleTree::Foot*>(nullptr), &begin}) {
+      const auto near_one = tree.closest(p, begin_at, nearest + 1e-6);
+      ASSERT_TRUE(near_one);
+      EXPECT_NEAR((near_one->point - p).norm(), nearest, 1e-9);
+      EXPECT_FALSE(tree.closest(p, begin_at, nearest - 1e-6));
+    }
   }
 }
 
