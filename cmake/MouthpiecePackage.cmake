@@ -25,6 +25,7 @@ set(CPACK_PACKAGE_CONTACT "Mouthpiece maintainers <maintainers@mouthpiece.invali
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "speaking faces from motion capture")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE zstd)
 set(CPACK_COMPONENTS_ALL programs)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME mouthpiece)
