@@ -31,7 +31,7 @@ help:
 setup:
 	@tools/setup.sh
 setup-test:
-	@tools/setup.sh test
+	@tools/setup.sh test wasm
 
 # The programs and the page alone; `make test` adds the tests and looks again for what has been installed since.
 configure = cmake --preset release -DMOUTHPIECE_TESTS=$(1) -DMOUTHPIECE_UNITY=ON >build.configure.log 2>&1 || \

@@ -1,6 +1,6 @@
 #!/bin/sh
 # All that takes hours. Each part writes build-nightly/PART.log; a table of what passed and how long it took ends it.
-#   tools/nightly.sh [PART...]       dev fuzz asan tsan valgrind faults coverage mutation load processors reproducible
+#   tools/nightly.sh [PART...]       dev fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
 # FUZZ_SECONDS (1800) and FUZZ_RUNS (10000000) end a fuzz target, ALLOCATIONS (2000) fail in a case, MUTANTS (300) are
 # tried in each room.
 set -eu
@@ -53,6 +53,10 @@ run_load() {
   build/test_bin/load_trial lines 2000 build/share/mouthpiece/clock.corpus
   tests/load/load.py --build build
 }
+run_heads() {  # all heads that have to fit; `make test` takes every third
+  cmake --build build -j "$jobs" --target heads
+  MOUTHPIECE_ALL_HEADS=1 build/test_bin/heads --gtest_brief=1 --gtest_filter='*RandomHeads*'
+}
 run_processors() { tools/other_processors.sh s390x armhf arm64; }
 run_reproducible() { tools/reproducible.sh; }
 
@@ -61,7 +65,7 @@ if [ "${1:-}" = --run ]; then  # in a process of its own, where the first comman
   exit
 fi
 failed=0
-[ $# -gt 0 ] || set -- dev fuzz asan tsan valgrind faults coverage mutation load processors reproducible
+[ $# -gt 0 ] || set -- dev fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
 for part in "$@"; do
   start=$(date +%s)
   if tools/nightly.sh --run "$part" >"build-nightly/$part.log" 2>&1; then result=passed; else result=FAILED failed=1; fi

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 
 #include "deform/mesh/triangle_tree.h"
@@ -118,13 +119,19 @@ TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
 }
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
-// Heads that stand, so that they stay so: of the first 24 seeds twenty-three pass
-// (docs/theory/deform/lip_line.md); 7, 29, 31, 47, 55, 71, 88, 93, 95, 101, 127
-// and 137 by lips that are made to meet.
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads,
-                         ::testing::Values(1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U, 9U, 10U, 11U, 12U, 13U, 14U, 15U, 16U, 17U,
-                                           18U, 19U, 20U, 21U, 22U, 23U, 25U, 29U, 31U, 35U, 47U, 55U, 60U, 71U, 88U,
-                                           92U, 93U, 95U, 101U, 127U, 137U, 153U, 171U, 191U, 194U, 207U));
+// Heads that stand, so that they stay so (docs/theory/deform/lip_line.md): of the first 24 seeds twenty-three pass; 7,
+// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet. Every third for everybody, all of
+// them each night.
+std::vector<unsigned> seedsThatPass() {
+  const std::vector<unsigned> all{1,  2,  3,  4,  5,  6,   7,   8,   9,   10,  11,  12,  13, 14, 15,
+                                  16, 17, 18, 19, 20, 21,  22,  23,  25,  29,  31,  35,  47, 55, 60,
+                                  71, 88, 92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 207};
+  if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
+  std::vector<unsigned> some;
+  for (std::size_t i = 0; i < all.size(); i += 3) some.push_back(all[i]);
+  return some;
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::ValuesIn(seedsThatPass()));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
