@@ -187,5 +187,18 @@ TEST(TimedRecogniser, RefusesTimesOfALongerSound) {
       std::string::npos);
 }
 
+TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
+  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_long.ctm";
+  const auto warnings = [&](const std::string& last) {
+    writeFileAtomically(file, "a 1 0.2 0.3 time\na 1 0.6 " + last + " now\n");
+    return makeTimedRecogniser(file)->hear(sound, "line").warnings;
+  };
+  EXPECT_TRUE(warnings("0.4").empty());
+  const std::vector<std::string> told = warnings("48.4");
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].starts_with("'now' ends at 49.00 s by ")) << told[0];
+}
+
 }  // namespace
 }  // namespace mouthpiece
