@@ -95,19 +95,17 @@ class LexiconPass {
  private:
   void addWord(std::size_t begin, std::size_t end) {
     const std::string word(text_.substr(begin, end - begin));
-    const auto& pronunciations = lexicon_.find(word);
     // The M of "a.m." is no letter alone.
     const bool touches_point = (begin > 0 && text_[begin - 1] == '.') ||
                                (end + 1 < text_.size() && text_[end] == '.' && isWordCharacter(text_[end + 1]));
-    const bool is_plain = std::all_of(word.begin(), word.end(), [](char c) { return isLetter(c) || c == '\''; });
-    if (pronunciations.empty() || touches_point || !is_plain || !isLetter(word[0])) {
+    if (touches_point || !isSaidByLexicon(word, lexicon_)) {
       spoken_ += word;
       return;
     }
     const bool is_letter_name = word.size() == 1 && lexicon_.words().contains(word) && word[0] <= 'Z';
     const std::string said = is_letter_name ? fmt::format("{}{}", kLetterWordStart, lowerCase(word)) : lowerCase(word);
     if (added_.insert(said).second) {
-      entries_ += fmt::format("(lex.add.entry '(\"{}\" nil {}))\n", said, schemeSyllables(pronunciations.front()));
+      entries_ += fmt::format("(lex.add.entry '(\"{}\" nil {}))\n", said, schemeSyllables(lexicon_.find(word).front()));
     }
     spoken_ += is_letter_name ? said : word;
   }
@@ -195,6 +193,12 @@ class LabelsParser {
 }  // namespace
 
 std::string festivalWaveFile(std::size_t utterance) { return fmt::format("utterance{}.wav", utterance); }
+
+bool isSaidByLexicon(std::string_view word, const Lexicon& lexicon) {
+  return !word.empty() && isLetter(word[0]) &&
+         std::all_of(word.begin(), word.end(), [](char c) { return isLetter(c) || c == '\''; }) &&
+         !lexicon.find(word).empty();
+}
 
 FestivalJob makeFestivalJob(std::string_view voice, std::string_view speakable_text, const Lexicon* lexicon) {
   FestivalJob job{.script = fmt::format("(voice_{})\n", voice), .text = std::string(speakable_text)};

@@ -21,6 +21,9 @@ inline constexpr std::string_view kFestivalTextFile = "text.txt";
 inline constexpr std::string_view kFestivalLabelsFile = "labels.txt";
 std::string festivalWaveFile(std::size_t utterance);
 
+/// Whether makeFestivalJob() has a word said as `lexicon` has it: one of letters that it holds.
+bool isSaidByLexicon(std::string_view word, const Lexicon& lexicon);
+
 /// `speakable_text` comes from speakableText(). Words of `lexicon` (may be nullptr) that it holds get their first
 /// pronunciation; a capital letter alone is replaced by a made-up word that is said as the letter's name.
 FestivalJob makeFestivalJob(std::string_view voice, std::string_view speakable_text, const Lexicon* lexicon);

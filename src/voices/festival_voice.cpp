@@ -60,7 +60,9 @@ class FestivalVoice : public Voice {
   }
 
   SpokenLine speak(std::string_view text) override {
-    const std::string speakable = speakableText(text, language_);
+    const std::string speakable = speakableText(text, language_, [&](std::string_view word) {
+      return options_.lexicon != nullptr && isSaidByLexicon(word, *options_.lexicon);
+    });
     if (why_not_.empty()) {
       try {
         return askFestival(speakable);

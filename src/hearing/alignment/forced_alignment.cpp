@@ -13,6 +13,7 @@
 #include "base/statistics.h"
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/speech_finder.h"
 #include "hearing/alignment/text_doubt.h"
 #include "phonetics/labels/labels_builder.h"
 
@@ -181,6 +182,32 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
   return words;
 }
 
+/// Any words lie somewhere in noise, of which the doubt knows nothing: a line is not believed where hardly any of its
+/// words' time is speech.
+void doubtLinesOutsideSpeech(std::span<const std::int16_t> samples, ForcedAlignment& alignment) {
+  constexpr double kLeastInSpeech = 0.1;
+  const std::vector<SoundStretch> stretches = findSpeech(samples);
+  const SpeechLabels& labels = alignment.labels;
+  std::size_t word = 0;
+  for (const std::size_t end : TextDoubt::lineEnds(labels.words.size())) {
+    const std::size_t first = word;
+    Seconds time = 0, in_speech = 0;
+    for (; word < end; ++word) {
+      const TimeSpan span = labels.spanOf(labels.words[word].phones);
+      time += span.duration();
+      for (const SoundStretch& stretch : stretches) {
+        if (stretch.kind == SoundKind::kSpeech)
+          in_speech += std::max(0.0, std::min(stretch.span.end, span.end) - std::max(stretch.span.start, span.start));
+      }
+    }
+    if (in_speech >= kLeastInSpeech * time) continue;
+    std::fill(alignment.confidence.begin() + signedIndex(first), alignment.confidence.begin() + signedIndex(end), 0.0);
+    if (alignment.line_confidence.empty()) continue;
+    std::fill(alignment.line_confidence.begin() + signedIndex(first),
+              alignment.line_confidence.begin() + signedIndex(end), 0.0);
+  }
+}
+
 [[noreturn]] void failTooShort(Seconds lasts, const std::vector<TranscriptWord>& words, std::string_view name) {
   std::size_t phones = 0;
   for (const TranscriptWord& word : words) {
@@ -280,12 +307,16 @@ ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& sam
   for (const DecodedPhone& phone : placed) writer.add(phone);
   const bool is_english = &language_ == &english();
   ForcedAlignment alignment = writer.finish(is_spoken && !is_english);
-  if (!is_spoken || !is_english) return alignment;
-  if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
-  Believed believed = doubt_->judge(decoded, samples);
-  if (believed.words.size() != alignment.confidence.size()) return alignment;
-  alignment.confidence = std::move(believed.words);
-  alignment.line_confidence = std::move(believed.lines);
+  if (!is_spoken) return alignment;
+  if (is_english) {
+    if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
+    Believed believed = doubt_->judge(decoded, samples);
+    if (believed.words.size() == alignment.confidence.size()) {
+      alignment.confidence = std::move(believed.words);
+      alignment.line_confidence = std::move(believed.lines);
+    }
+  }
+  doubtLinesOutsideSpeech(samples, alignment);
   return alignment;
 }
 

@@ -7,20 +7,13 @@
 
 #include "audio/audio_clip.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/speech_finder.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
 #include "phonetics/text/lexicon.h"
 
 namespace mouthpiece {
-
-/// What a stretch of a sound is.
-enum class SoundKind { kSpeech, kMusic, kNoise };
-
-struct SoundStretch {
-  TimeSpan span;
-  SoundKind kind = SoundKind::kSpeech;
-};
 
 /// What was heard in a sound of which no one has written the words.
 struct HeardSpeech {

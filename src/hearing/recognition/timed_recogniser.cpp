@@ -199,6 +199,15 @@ HeardSpeech TimedRecogniser::hear(const AudioClip& audio, std::string_view name)
   heard.labels = buildSpeechLabels(kept, words_, audio.duration(), language_);
   heard.confidence = confidenceOf(heard.labels, kept, sure);
   for (const LabelledWord& word : heard.labels.words) heard.text += (heard.text.empty() ? "" : " ") + word.text;
+  // A subtitle may stay longer than what is said.
+  constexpr Seconds kMayOverhang = 0.25;
+  if (!times_.words.empty() && !times_.words_are_lines &&
+      times_.words.back().span.end > audio.duration() + kMayOverhang) {
+    const TimesFile::Word& word = times_.words.back();
+    heard.warnings.push_back(
+        fmt::format("'{}' ends at {:.2f} s by {}, after the sound, which lasts {:.2f} s: it is cut there",
+                    printable(word.text, 40), word.span.end, name_, audio.duration()));
+  }
   std::string doubtful;
   std::size_t count = 0;
   for (const TimesFile::Word& word : times_.words) {

@@ -66,13 +66,13 @@ bool isTabbedLine(std::string_view line) {
   return fields.size() == 3 && (line == "start\tend\ttext" || (parseNumber(fields[0]) && parseNumber(fields[1])));
 }
 
-/// Several objects, one a line.
+/// Several objects, one a line; or one speech mark.
 bool isJsonLines(std::string_view text) {
   const std::string_view first = firstLine(text);
   if (!first.starts_with('{') || !first.ends_with('}')) return false;
   const std::size_t at = text.find(first) + first.size();
   const std::string_view next = firstLine(text.substr(at));
-  return next.starts_with('{') || first.find("\"type\"") != std::string_view::npos;
+  return next.starts_with('{') || (first.find("\"type\"") != std::string_view::npos && first.find('[') == first.npos);
 }
 
 }  // namespace
@@ -144,8 +144,9 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   }
   throw InputError(
       name, "1",
-      fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, ElevenLabs, "
-                  "Piper or Rhubarb, Rhubarb's TSV or XML, Whisper's TSV, Audacity's labels, a TextGrid, CTM, SRT "
+      fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, Deepgram, Amazon "
+                  "Transcribe, Google, AssemblyAI, ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, Whisper's TSV, "
+                  "Audacity's labels, a TextGrid, CTM, SRT "
                   "or WebVTT",
                   printable(first.substr(0, 24))));
 }

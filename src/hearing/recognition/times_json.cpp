@@ -330,6 +330,8 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
     addWords(builder, root);
     return builder.finish();
   }
+  if (root["results"].exists() || root["response"].exists()) return parseResults(root, name);
+  if (root["audio_url"].exists() && root["words"].exists()) return parseAssemblyAi(root, name);
   if (root["mouthCues"].exists()) return parseRhubarbJson(root, name);
   if (root["NBest"].exists()) return parseAzureResult(root, name, language);
   if (root["visemes"].exists()) {
@@ -345,8 +347,9 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (root["result"].exists()) return parseVosk(root, name);
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
-      "has no words, segments, result, transcription, alignment, NBest, visemes, phoneme_alignments or "
-      "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, ElevenLabs, Piper or Rhubarb");
+      "has no words, segments, result, results, transcription, alignment, NBest, visemes, phoneme_alignments or "
+      "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, AssemblyAI, "
+      "ElevenLabs, Piper or Rhubarb");
 }
 
 /// Polly's speech marks, in milliseconds and without ends: each lasts until the next; Vosk's results one a line.

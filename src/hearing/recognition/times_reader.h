@@ -31,8 +31,11 @@ class TimesBuilder {
   Seconds last_phone_end_ = 0;
 };
 
-/// Each throws InputError; times_json.cpp and times_lines.cpp.
+/// Each throws InputError; times_json.cpp, times_services.cpp and times_lines.cpp.
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language);
+/// Of Deepgram, Amazon Transcribe and Google.
+TimesFile parseResults(const JsonField& root, std::string_view name);
+TimesFile parseAssemblyAi(const JsonField& root, std::string_view name);
 TimesFile parseJsonLines(std::string_view text, std::string_view name);
 TimesFile parseSubtitles(std::string_view text, std::string_view name);
 TimesFile parseTabbedLines(std::string_view text, std::string_view name);

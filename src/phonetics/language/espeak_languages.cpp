@@ -5,6 +5,7 @@
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 #include "phonetics/language/espeak_library.h"
+#include "phonetics/language/german_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 struct EspeakRow {
   std::string_view tag, name, voice;
   std::span<const OddSymbol> odd_symbols = {};
+  decltype(TextRules::in_words) in_words = nullptr;
 };
 
 /// Its phone of "durch" has no IPA name in eSpeak NG 1.51.
@@ -19,7 +21,7 @@ constexpr OddSymbol kGermanSymbols[] = {{"??", "ʊɐ̯"}};
 
 /// Adding a language: one more row.
 constexpr EspeakRow kEspeakRows[] = {
-    {"de", "German", "de", kGermanSymbols},
+    {"de", "German", "de", kGermanSymbols, germanInWords},
     {"es", "Spanish", "es"},
     {"es-419", "Spanish of Latin America", "es-419"},
     {"fr", "French", "fr-fr"},
@@ -122,6 +124,7 @@ const std::vector<Language>& espeakRows() {
     for (const EspeakRow& row : kEspeakRows) {
       all.push_back(espeakLanguage(row.tag, row.name, row.voice, true));
       all.back().odd_symbols = row.odd_symbols;
+      all.back().text.in_words = row.in_words;
     }
     Language mandarin = espeakLanguage("zh", "Mandarin", "cmn-latn-pinyin", false);
     mandarin.respell = toPinyin;

@@ -149,7 +149,8 @@ std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::si
 std::string plainText(const std::vector<char32_t>& characters, const TextRules& rules) {
   std::string plain;
   for (const char32_t c : characters) {
-    const bool is_own = rules.own_letters.find(c) != std::u32string_view::npos;
+    const bool is_own =
+        rules.own_letters.find(c) != std::u32string_view::npos || (rules.any_letters && isKeptLetter(c));
     if (!is_own && isInvisible(c)) continue;
     std::string_view spelled = is_own ? std::string_view() : spelledIn(kPlainSigns, c);
     if (spelled.empty() && !is_own) spelled = plainLatinLetters(c);

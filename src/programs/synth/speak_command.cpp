@@ -53,9 +53,11 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* transcript_file = app.add_option("--transcript-file", options.transcript_file,
                                          "A file with what the recording says; -: standard input");
   transcript_file->needs(audio)->excludes(phones)->excludes(transcript);
-  auto* times = app.add_option("--times", options.line.times,
-                               "Words and times of another program: JSON of Whisper, Vosk, Gentle, Azure, Polly, "
-                               "ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, TextGrid, CTM, SRT, WebVTT");
+  auto* times =
+      app.add_option("--times", options.line.times,
+                     "Words and times of another program: JSON of Whisper, Vosk, Gentle, Azure, Polly, Deepgram, "
+                     "Amazon Transcribe, Google, AssemblyAI, ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, "
+                     "TextGrid, CTM, SRT, WebVTT");
   times->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file);
   auto* hint = app.add_option("--hint", options.line.hint, "Words and phrases that are likely in the recording");
   hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file)->excludes(times);

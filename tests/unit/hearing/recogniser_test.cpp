@@ -93,6 +93,16 @@ TEST(SpeechFinder, SpeechInSteadyNoiseIsSpeech) {
   }
 }
 
+/// The spectrum of a low voice is as pure as a chord's, and in hiss its levels change as little.
+TEST(SpeechFinder, AVoiceInHissIsNoMusic) {
+  const AudioClip line =
+      resampleAudio(makeVoice("flite:slt")->speak("The weather has been beautiful all week.").audio, 16000);
+  AudioClip sound = joined({quiet(0.5), line, quiet(0.5)});
+  const AudioClip hiss = noise(sound.duration(), static_cast<float>(0.1 * std::sqrt(meanSquare(sound))));
+  for (std::size_t i = 0; i < sound.samples.size(); ++i) sound.samples[i] += hiss.samples[i];
+  EXPECT_GT(speechIn(sound), 0.5 * speechIn(line));
+}
+
 TEST(SpeechFinder, NoiseAndTonesAreNoSpeech) {
   const auto kindsOf = [](const AudioClip& sound) {
     std::set<SoundKind> kinds;

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <random>
 
+#include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
 #include "voices/voice.h"
@@ -105,6 +107,34 @@ TEST(TextDoubt, TellsSilentNoisyAndUnsteadyBackgroundsApart) {
   EXPECT_GT(beats.noise, 0.3);
   EXPECT_GT(beats.unsteady, 0.5 * beats.noise);
   EXPECT_TRUE(doubt.judge({}, {}).words.empty());
+}
+
+/// Any words lie somewhere in a steady sound; words that are said in one are believed.
+TEST(TextDoubt, DoubtsAnyTextOfNoiseAndHum) {
+  const AudioClip line =
+      resampleAudio(makeVoice("flite:rms")->speak("the juice of lemons makes fine punch").audio, 16000);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const auto soundOf = [&](double speech, auto sampleAt) {
+    AudioClip sound{16000, {}};
+    for (std::size_t i = 0; i < line.samples.size(); ++i)
+      sound.samples.push_back(static_cast<float>(speech * double{line.samples[i]} + sampleAt(i)));
+    return sound;
+  };
+  const auto hiss = [&](std::size_t) { return 0.01 * normal(random); };
+  const auto hum = [](std::size_t i) {
+    double value = 0;
+    for (int k = 1; k < 20; ++k) value += 0.01 / k * std::sin(2 * std::numbers::pi * 50 * k * asReal(i) / 16000 + k);
+    return value;
+  };
+  const Pronouncer pronouncer;
+  ForcedAligner aligner;
+  for (const char* text : {"the juice of lemons makes fine punch", "good morning"}) {
+    EXPECT_TRUE(isDoubted(aligner, soundOf(0, hiss), pronouncer.wordsOf(text))) << text;
+    EXPECT_TRUE(isDoubted(aligner, soundOf(0, hum), pronouncer.wordsOf(text))) << text;
+  }
+  EXPECT_FALSE(isDoubted(aligner, soundOf(1, hiss), pronouncer.wordsOf("the juice of lemons makes fine punch")));
+  EXPECT_FALSE(isDoubted(aligner, soundOf(1, hum), pronouncer.wordsOf("the juice of lemons makes fine punch")));
 }
 
 }  // namespace

@@ -67,6 +67,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"whisper_cpp.json", "whisper.cpp JSON", "The time is now.", "", 0.1},
                     Kind{"vosk.json", "Vosk JSON", "the time is now", "", 0.9},
                     Kind{"gentle.json", "Gentle JSON", "The time is now", kSaid, 0.9},
+                    Kind{"deepgram.json", "Deepgram JSON", "The time is now.", "", 0.9},
+                    Kind{"transcribe.json", "Amazon Transcribe JSON", "The time is now", "", 0.9},
+                    Kind{"google.json", "Google JSON", "the time is now", "", 0.9},
+                    Kind{"google_v2.json", "Google JSON", "the time is now", "", 0.9},
+                    Kind{"assemblyai.json", "AssemblyAI JSON", "The time is now.", "", 0.9},
                     Kind{"azure_result.json", "Azure JSON", "the time is now", "", 0.9},
                     Kind{"azure_events.json", "Azure visemes", "The time is now", "DH AE T AY P IY S T AW", 0.9},
                     Kind{"polly.jsonl", "Polly speech marks", "The time is now", "TH AH T AA P IY S T AA", 0.9},
@@ -107,7 +112,8 @@ TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
 /// Every kind cut short anywhere is refused with its name, or read as less than the whole; nothing else is thrown.
 TEST(TimesFile, CutShortIsRefusedWithTheFilesName) {
   for (const char* file : {"whisper.json", "vosk.json", "gentle.json", "azure_result.json", "azure_events.json",
-                           "elevenlabs.json", "piper.json", "rhubarb.json", "rhubarb.xml", "mfa.TextGrid"}) {
+                           "deepgram.json", "transcribe.json", "google.json", "assemblyai.json", "elevenlabs.json",
+                           "piper.json", "rhubarb.json", "rhubarb.xml", "mfa.TextGrid"}) {
     const std::string bytes = readFile(kTimes / file);
     for (const double share : {0.1, 0.5, 0.9}) {
       const std::string cut = bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));
@@ -179,6 +185,19 @@ TEST(TimedRecogniser, RefusesTimesOfALongerSound) {
   EXPECT_NE(
       errorOf([&] { makeTimedRecogniser(kTimes / "vosk.json")->hear(sound, "a.wav"); }).find("a.wav lasts 0.50 s"),
       std::string::npos);
+}
+
+TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
+  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_long.ctm";
+  const auto warnings = [&](const std::string& last) {
+    writeFileAtomically(file, "a 1 0.2 0.3 time\na 1 0.6 " + last + " now\n");
+    return makeTimedRecogniser(file)->hear(sound, "line").warnings;
+  };
+  EXPECT_TRUE(warnings("0.4").empty());
+  const std::vector<std::string> told = warnings("48.4");
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].starts_with("'now' ends at 49.00 s by ")) << told[0];
 }
 
 }  // namespace

@@ -46,10 +46,19 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"a.ctm", ";; made up\ntake 1 0.1 long time\n", "a.ctm:2: found 'long'; expected a time in seconds"},
         Refusal{"a.ctm", "one 1 0.1 0.2 the\ntwo 1 0.3 0.2 time\n",
                 "a.ctm:2: found words of 'two' after those of 'one'; expected one recording a file"},
-        Refusal{
-            "a.json", "{}",
-            "a.json: has no words, segments, result, transcription, alignment, NBest, visemes, phoneme_alignments or "
-            "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, ElevenLabs, Piper or Rhubarb"}));
+        Refusal{"a.json", "{}",
+                "a.json: has no words, segments, result, results, transcription, alignment, NBest, visemes, "
+                "phoneme_alignments or "
+                "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, "
+                "AssemblyAI, "
+                "ElevenLabs, Piper or Rhubarb"},
+        Refusal{"a.json",
+                R"({"results": {"items": [{"type": "pronunciation", "start_time": "soon", "end_time": "1",)"
+                R"( "alternatives": [{"content": "a"}]}]}})",
+                "a.json:results.items[0].start_time: found \"soon\"; expected a time in seconds"},
+        Refusal{"a.json", R"({"results": [{"alternatives": [{"transcript": "a"}]}]})",
+                "a.json:results[0].alternatives[0]: has no words; expected them with their times "
+                "(enableWordTimeOffsets)"}));
 
 }  // namespace
 }  // namespace mouthpiece

@@ -166,5 +166,16 @@ TEST(SplitSentences, KeepsEveryWordInOrder) {
   }
 }
 
+/// eSpeak NG spells them.
+TEST(SpeakableText, SaysGermanAbbreviations) {
+  const auto said = [](std::string_view text) { return speakableText(text, languageOf("de")); };
+  EXPECT_EQ(said("Das geht z. B. so, d. h. leicht."), "Das geht zum Beispiel so, das heißt leicht.");
+  EXPECT_EQ(said("Z.B. müde, u.\u00a0a. schön"), "Zum Beispiel müde, unter anderem schön");
+  EXPECT_EQ(said("(i. d. R. Größe 4 % bzw. ca. 7)"), "(in der Regel Größe 4 % beziehungsweise circa 7)");
+  EXPECT_EQ(said("Brot, Wein usw."), "Brot, Wein und so weiter.");
+  EXPECT_EQ(said("Frau Dr. Ört ist da. Ihr Pizza. B. kommt."), "Frau Doktor Ört ist da. Ihr Pizza. B. kommt.");
+  EXPECT_EQ(speakableText("z. B. hier", languageOf("nl")), "z. B. hier");
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -298,7 +298,7 @@ TEST_F(BadInput, OfOtherCommandsKeepsWhatWasSaved) {
              "empty: holds no take; expected files like NAME.c3d (.trc, .csv), NAME.wav (.flac), NAME.txt and "
              "NAME.TextGrid (.lab, .phn, .ctm)");
   expectKept("corpus", {"align", motion, "--transcript", "hi", "--out", "SAVED"}, "a.TextGrid",
-             "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
+             "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, AU, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
   expectKept("retarget", {"cut", mesh, "--anchors", anchors, "--out", "SAVED"}, "c.obj",
              "h.anchors.json:markers: is without CANTHUS_OUT_R; `retarget pick` asks for it");
   expectKept("retarget", {"apply", "--face", "x.face", "--motion", motion, "--arkit", "--out", "SAVED"}, "a.obj",

@@ -54,6 +54,16 @@ TEST(FestivalVoice, SaysLettersAndFollowsALexicon) {
   expectGoodLine(british);
 }
 
+/// What the language would say in another word.
+TEST(FestivalVoice, SaysCriesAndCapitalsAsTheLexiconHasThem) {
+  MOUTHPIECE_NEED_FESTIVAL();
+  EXPECT_EQ(namesOf(makeVoice(kBothVoices[0])->speak("Hmm").labels), "sil HH AH M sil");
+  const Lexicon lexicon = Lexicon::parse("hmm HH M\nCEO S IY AA\n", "l");
+  const SpokenLine line = makeVoice(kBothVoices[0], {.lexicon = &lexicon})->speak("Hmm CEO");
+  EXPECT_EQ(namesOf(line.labels), "sil HH M S IY AA sil");
+  EXPECT_EQ(wordsOf(line.labels), "Hmm CEO");
+}
+
 /// Each tries to reach Scheme's reader, or a shell, in another way, to leave `trap` behind.
 std::vector<std::string> injections(const fs::path& trap) {
   const std::string touch = "(system \"touch " + trap.string() + "\")";

@@ -1,4 +1,4 @@
-#include "hearing/recognition/sound_search.h"
+#include "hearing/alignment/speech_finder.h"
 
 #include <algorithm>
 #include <array>
@@ -13,19 +13,19 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kFrame = 160;  // 10 ms at 16 kHz
-constexpr double kFrameStep = 0.010;
+constexpr std::size_t kLevelFrame = 160;  // 10 ms at 16 kHz
+constexpr double kLevelStep = 0.010;
 constexpr double kSilenceDb = -10;  ///< of 16-bit samples: digital silence
 /// Speech stands above its background by this, or by a share of what the loudest does.
 constexpr double kLeastRiseDb = 5, kRiseShare = 0.30;
 constexpr std::size_t kWindowFrames = 3000;  ///< backgrounds are looked for in half a minute
-constexpr std::size_t kPauseFrames = 35, kMarginFrames = 15, kShortestFrames = 6;
+constexpr std::size_t kPauseFrames = 35, kMarginFrames = 15, kShortestRun = 6;
 /// Speech rises and falls in some band, whatever noise is in the others; what stays within this (standard deviation)
 /// in all of them for a second is none.
 constexpr std::array<double, 6> kBandsHz{200, 600, 1200, 2400, 4000, 7000};
 constexpr double kSteadyBandDb = 3.8;
-/// What stays within this as a whole, and is purer than speech ever is, are tones.
-constexpr double kSteadyDb = 3.2, kPureFlatness = 0.02;
+/// What stays within this as a whole, and is purer than speech in noise that does, are tones.
+constexpr double kSteadyLevelDb = 3.2, kPureFlatness = 0.002;
 constexpr Seconds kShortestJudged = 1.0;
 /// Geometric over arithmetic mean of the spectrum: steady tones are under it, noise over it.
 constexpr double kTonalFlatness = 0.15;
@@ -70,13 +70,13 @@ std::vector<Frames> runsOf(const std::vector<bool>& loud) {
     }
     i = end;
   }
-  std::erase_if(runs, [](const Frames& run) { return run.end - run.first < kShortestFrames; });
+  std::erase_if(runs, [](const Frames& run) { return run.end - run.first < kShortestRun; });
   return runs;
 }
 
 /// At the quietest tenth of a second of its second half, as long as it is too long.
 void addInParts(std::vector<Frames>& parts, Frames run, const std::vector<double>& db) {
-  constexpr std::size_t kMost = static_cast<std::size_t>(kLongestStretch / kFrameStep), kQuiet = 10;
+  constexpr std::size_t kMost = static_cast<std::size_t>(kLongestStretch / kLevelStep), kQuiet = 10;
   while (run.end - run.first > kMost) {
     std::size_t best = run.first + kMost / 2;
     double best_sum = 1e9;
@@ -138,7 +138,7 @@ double usualSpreadOfBands(std::span<const std::int16_t> samples) {
   std::vector<double> frame(kTransform, 0.0);
   std::vector<std::complex<double>> spectrum;
   std::array<std::vector<double>, kBandsHz.size() - 1> db;
-  for (std::size_t at = 0; at + kWindow <= samples.size(); at += kFrame) {
+  for (std::size_t at = 0; at + kWindow <= samples.size(); at += kLevelFrame) {
     for (std::size_t i = 0; i < kWindow; ++i)
       frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(i) / kWindow));
     transform.fwd(spectrum, frame);
@@ -157,12 +157,12 @@ double usualSpreadOfBands(std::span<const std::int16_t> samples) {
 
 SoundKind kindOf(const Frames& run, const std::vector<double>& db, std::span<const std::int16_t> samples) {
   const std::size_t count = run.end - run.first;
-  if (asReal(count) * kFrameStep < kShortestJudged) return SoundKind::kSpeech;
-  const std::span<const std::int16_t> sound = samples.subspan(run.first * kFrame, count * kFrame);
+  if (asReal(count) * kLevelStep < kShortestJudged) return SoundKind::kSpeech;
+  const std::span<const std::int16_t> sound = samples.subspan(run.first * kLevelFrame, count * kLevelFrame);
   if (usualSpreadOfBands(sound) < kSteadyBandDb)
     return flatness(sound) < kTonalFlatness ? SoundKind::kMusic : SoundKind::kNoise;
   const bool is_tones =
-      usualSpread(std::span(db).subspan(run.first, count)) < kSteadyDb && flatness(sound) < kPureFlatness;
+      usualSpread(std::span(db).subspan(run.first, count)) < kSteadyLevelDb && flatness(sound) < kPureFlatness;
   return is_tones ? SoundKind::kMusic : SoundKind::kSpeech;
 }
 
@@ -178,10 +178,10 @@ std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
     SoundStretch stretch;
     stretch.kind = kindOf(parts[i], db, samples);
     // Sounds begin and end quietly: half of the pause at most.
-    const Seconds before = i > 0 ? asReal(parts[i - 1].end) * kFrameStep : 0;
-    const Seconds after = i + 1 < parts.size() ? asReal(parts[i + 1].first) * kFrameStep : duration;
-    const Seconds first = asReal(parts[i].first) * kFrameStep, end = asReal(parts[i].end) * kFrameStep;
-    constexpr Seconds kMargin = kMarginFrames * kFrameStep;
+    const Seconds before = i > 0 ? asReal(parts[i - 1].end) * kLevelStep : 0;
+    const Seconds after = i + 1 < parts.size() ? asReal(parts[i + 1].first) * kLevelStep : duration;
+    const Seconds first = asReal(parts[i].first) * kLevelStep, end = asReal(parts[i].end) * kLevelStep;
+    constexpr Seconds kMargin = kMarginFrames * kLevelStep;
     stretch.span = {std::max(first - kMargin, 0.5 * (first + before)), std::min(end + kMargin, 0.5 * (end + after))};
     stretches.push_back(stretch);
   }

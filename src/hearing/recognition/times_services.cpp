@@ -1,0 +1,88 @@
+// JSON of services that write down what is said, each by its documentation (docs/formats/times.md).
+#include <string>
+
+#include "base/text_numbers.h"
+#include "hearing/recognition/times_reader.h"
+
+namespace mouthpiece {
+namespace {
+
+/// 1.3, "1.3" or "1.300s".
+Seconds secondsIn(const JsonField& field) {
+  if (!field.isText()) return field.number();
+  const std::string written = field.text(64);
+  std::string_view text = written;
+  if (text.ends_with('s')) text.remove_suffix(1);
+  const auto seconds = parseNumber(text);
+  if (!seconds) field.refuse("a time in seconds");
+  return *seconds;
+}
+
+double confidenceOf(const JsonField& field) { return field.exists() && !field.isNull() ? secondsIn(field) : 1; }
+
+TimesFile parseDeepgram(const JsonField& channels, std::string_view name) {
+  TimesBuilder builder(name, "Deepgram JSON");
+  const JsonField channel = channels.list(1).front();
+  for (const JsonField& word : channel["alternatives"].list(1).front()["words"].list()) {
+    const JsonField written = word["punctuated_word"].exists() ? word["punctuated_word"] : word["word"];
+    builder.addWord(written.text(), {word["start"].number(), word["end"].number()}, word.path(),
+                    confidenceOf(word["confidence"]));
+  }
+  return builder.finish();
+}
+
+TimesFile parseTranscribe(const JsonField& items, std::string_view name) {
+  TimesBuilder builder(name, "Amazon Transcribe JSON");
+  for (const JsonField& item : items.list()) {
+    if (item["type"].text() != "pronunciation") continue;
+    const JsonField best = item["alternatives"].list(1).front();
+    builder.addWord(best["content"].text(), {secondsIn(item["start_time"]), secondsIn(item["end_time"])}, item.path(),
+                    confidenceOf(best["confidence"]));
+  }
+  return builder.finish();
+}
+
+TimesFile parseGoogle(const JsonField& results, std::string_view name) {
+  TimesBuilder builder(name, "Google JSON");
+  for (const JsonField& result : results.list()) {
+    // A result that closes a stretch of another channel may have no alternative.
+    if (!result["alternatives"].exists()) continue;
+    const JsonField best = result["alternatives"].list(1).front();
+    if (!best["words"].exists()) best.fail("has no words; expected them with their times (enableWordTimeOffsets)");
+    for (const JsonField& word : best["words"].list()) {
+      const auto timeOf = [&](const char* v1, const char* v2) {
+        const JsonField field = word[v1].exists() ? word[v1] : word[v2];
+        return field.exists() ? secondsIn(field) : 0.0;
+      };
+      if (!word["endTime"].exists() && !word["endOffset"].exists()) word["endTime"].refuse("a time in seconds");
+      const double sure = confidenceOf(word["confidence"]);
+      builder.addWord(word["word"].text(), {timeOf("startTime", "startOffset"), timeOf("endTime", "endOffset")},
+                      word.path(), sure == 0 ? 1 : sure);  // 0: none was given
+    }
+  }
+  return builder.finish();
+}
+
+}  // namespace
+
+TimesFile parseResults(const JsonField& root, std::string_view name) {
+  // Of Google's long recognitions the operation that holds the results may be kept whole.
+  const JsonField results = root["results"].exists() ? root["results"] : root["response"]["results"];
+  if (results.exists() && results.isList()) return parseGoogle(results, name);
+  if (!results.exists() || !results.isObject()) results.refuse("results of a recognition");
+  if (results["channels"].exists()) return parseDeepgram(results["channels"], name);
+  if (results["items"].exists()) return parseTranscribe(results["items"], name);
+  results.fail("has no channels or items; expected JSON of Deepgram, Amazon Transcribe or Google");
+}
+
+TimesFile parseAssemblyAi(const JsonField& root, std::string_view name) {
+  constexpr double kMillisecond = 1e-3;
+  TimesBuilder builder(name, "AssemblyAI JSON");
+  for (const JsonField& word : root["words"].list()) {
+    builder.addWord(word["text"].text(), {word["start"].number() * kMillisecond, word["end"].number() * kMillisecond},
+                    word.path(), confidenceOf(word["confidence"]));
+  }
+  return builder.finish();
+}
+
+}  // namespace mouthpiece
