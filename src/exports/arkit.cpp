@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <numeric>
 
 #include "base/errors.h"
@@ -14,19 +15,50 @@ namespace {
 
 constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 
-/// The shapes that are ARKit's, with their numbers there; not those that turn the eyes: what markers do to the lids
-/// says nothing about where they look.
+/// Vertices of skin and lips but for what stands off them, as lashes do: those turn about their roots, so that their
+/// tips go twice as far as a lid's edge in a blink of the head's own, and not at all as far in a pose of markers.
+std::vector<bool> bareSkin(const FaceMesh& mesh) {
+  std::vector<bool> is_bare(mesh.vertexCount(), false);
+  for (const MeshPart& part : mesh.parts) {
+    if (!isSkin(part.kind) || part.stands_off) continue;
+    for (const Triangle& t : trianglesOf(mesh, part)) {
+      for (const std::uint32_t v : t) is_bare[v] = true;
+    }
+  }
+  return is_bare;
+}
+
+/// A shape that is one of ARKit's, with its number there. What it moves is compared with motion on bare skin, elsewhere
+/// only if it moves none, as shapes of brows do that are meshes of their own.
 struct DrivenShape {
   Eigen::Index number;
   const VertexPositions& moves;
+  bool moves_skin;
+  float most;  ///< how far it moves a vertex that it is compared on; the mesh's unit
+  [[nodiscard]] bool isSeenIn(std::integral auto vertex, const std::vector<bool>& is_bare) const {
+    return is_bare[unsignedIndex(vertex)] || !moves_skin;
+  }
 };
 
-std::vector<DrivenShape> drivenShapes(const FaceShapes& shapes) {
+DrivenShape drivenShape(int number, const VertexPositions& moves, const std::vector<bool>& is_bare) {
+  constexpr float kMovesSkin = 0.1F;  // of its most
+  float most = 0, of_skin = 0;
+  for (Eigen::Index v = 0; v < moves.rows(); ++v) {
+    const float way = moves.row(v).norm();
+    most = std::max(most, way);
+    if (is_bare[unsignedIndex(v)]) of_skin = std::max(of_skin, way);
+  }
+  const bool moves_skin = of_skin > kMovesSkin * most;
+  return {number, moves, moves_skin, moves_skin ? of_skin : most};
+}
+
+/// Not those that turn the eyes: what markers do to the lids says nothing about where they look.
+std::vector<DrivenShape> drivenShapes(const FaceShapes& shapes, const std::vector<bool>& is_bare) {
   std::vector<DrivenShape> driven;
   for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
     const int number = arkitIndex(shapes.names[s]);
     if (number >= 0 && !kArkitNames[unsignedIndex(number)].starts_with("EyeLook"))
-      driven.push_back({number, shapes.moves[s]});
+      driven.push_back(drivenShape(number, shapes.moves[s], is_bare));
   }
   return driven;
 }
@@ -55,16 +87,18 @@ struct Problem {
   std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
 };
 
-Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
+Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven,
+                  const std::vector<bool>& is_bare) {
   Problem problem;
   for (const DrivenShape& shape : driven) problem.has_shape[unsignedIndex(shape.number)] = true;
   const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
   const float still = asFloat(1e-6 / mesh.metres_per_unit);
   for (const Eigen::Index v : skinVertices(mesh)) {
     bool moves =
+        is_bare[unsignedIndex(v)] &&
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
     for (std::size_t s = 0; s < driven.size() && !moves; ++s)
-      moves = driven[s].moves.row(v).cwiseAbs().maxCoeff() > still;
+      moves = driven[s].isSeenIn(v, is_bare) && driven[s].moves.row(v).cwiseAbs().maxCoeff() > still;
     if (moves) problem.vertices.push_back(v);
   }
   const auto rows = 3 * signedIndex(problem.vertices.size());
@@ -75,8 +109,9 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const st
     const Eigen::Index row = 3 * signedIndex(i);
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
-    for (const DrivenShape& shape : driven)
-      problem.shapes.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
+    for (const DrivenShape& shape : driven) {
+      if (shape.isSeenIn(v, is_bare)) problem.shapes.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
+    }
   }
   return problem;
 }
@@ -160,6 +195,31 @@ ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
   return closures;
 }
 
+/// A blink takes the lid's edge as far as `motion` does: least squares over all of the lid, and what smooths and spares
+/// weights, leave an eye open that has closed. `shapes`: (3 * vertices) x 52; `motion`: the same x frames.
+void closeLids(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, RowMajorMatrixF& weights) {
+  constexpr float kEdge = 0.85F;   // of what the shape moves most
+  constexpr float kWhole = 0.25F;  // weights below are left to fade out
+  for (const std::string_view name : {"EyeBlinkLeft", "EyeBlinkRight"}) {
+    const Eigen::Index blink = arkitIndex(name);
+    const auto lid = shapes.col(blink);
+    float most = 0;
+    for (Eigen::Index row = 0; row < lid.size(); row += 3) most = std::max(most, lid.segment<3>(row).norm());
+    if (!(most > 0)) continue;
+    std::vector<Eigen::Index> edge;
+    for (Eigen::Index row = 0; row < lid.size(); row += 3) {
+      if (lid.segment<3>(row).norm() >= kEdge * most) edge.insert(edge.end(), {row, row + 1, row + 2});
+    }
+    const Eigen::VectorXf moves = lid(edge);
+    const Eigen::RowVectorXf left =
+        moves.transpose() * (motion(edge, Eigen::all) - shapes(edge, Eigen::all) * weights.transpose());
+    for (Eigen::Index t = 0; t < weights.rows(); ++t) {
+      float& weight = weights(t, blink);
+      weight = std::clamp(weight + std::min(weight / kWhole, 1.0F) * left(t) / moves.squaredNorm(), 0.0F, 1.0F);
+    }
+  }
+}
+
 }  // namespace
 
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
@@ -169,8 +229,9 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
     throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
   }
-  const std::vector<DrivenShape> driven = drivenShapes(shapes);
-  const Problem problem = problemOf(animation, mesh, driven);
+  const std::vector<bool> is_bare = bareSkin(mesh);
+  const std::vector<DrivenShape> driven = drivenShapes(shapes, is_bare);
+  const Problem problem = problemOf(animation, mesh, driven, is_bare);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
@@ -202,6 +263,7 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     }
     if (curves.closures_kept == curves.closures) break;
   }
+  closeLids(problem.shapes, problem.motion, curves.weights);
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
     const Eigen::VectorXf miss = problem.motion.col(t) - problem.shapes * curves.weights.row(t).transpose();
@@ -225,9 +287,12 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
     return name.starts_with("EyeBlink") || name.starts_with("EyeWide") || name.starts_with("EyeSquint") ||
            name.starts_with("Brow");
   };
-  std::vector<std::size_t> own;
+  const std::vector<bool> is_bare = bareSkin(mesh);
+  std::vector<DrivenShape> own;
   for (std::size_t s = 0; s < shapes.names.size(); ++s) {
-    if (isTaken(arkitIndex(shapes.names[s])) && shapes.moves[s].rows() == mesh.vertices.rows()) own.push_back(s);
+    const int number = arkitIndex(shapes.names[s]);
+    if (isTaken(number) && shapes.moves[s].rows() == mesh.vertices.rows())
+      own.push_back(drivenShape(number, shapes.moves[s], is_bare));
   }
   if (own.empty() || animation.positions.rows() == 0) return {};
   std::vector<std::uint32_t> columns = animation.vertices;
@@ -235,29 +300,30 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
     columns.resize(mesh.vertexCount());
     std::iota(columns.begin(), columns.end(), 0U);
   }
-  std::vector<float> reach(shapes.names.size(), 0.0F);
-  for (const std::size_t s : own) reach[s] = shapes.moves[s].rowwise().norm().maxCoeff();
   // The region of a shape is where it does half of its most; further out it fades.
   std::vector<std::pair<std::size_t, float>> region;  // of `columns`, and how wholly it is the shapes'
   for (std::size_t i = 0; i < columns.size(); ++i) {
     float share = 0;
-    for (const std::size_t s : own) {
-      if (reach[s] > 0) share = std::max(share, 2 * shapes.moves[s].row(columns[i]).norm() / reach[s]);
+    for (const DrivenShape& shape : own) {
+      if (shape.most > 0) share = std::max(share, 2 * shape.moves.row(columns[i]).norm() / shape.most);
     }
     if (share > 0.1F) region.emplace_back(i, std::min(share, 1.0F));
   }
   const auto rows = 3 * signedIndex(region.size());
-  Eigen::MatrixXf moves = Eigen::MatrixXf::Zero(rows, kShapes), motion(rows, animation.positions.rows());
+  Eigen::MatrixXf moves = Eigen::MatrixXf::Zero(rows, kShapes), seen = moves, motion(rows, animation.positions.rows());
   for (std::size_t r = 0; r < region.size(); ++r) {
     const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
     const std::uint32_t v = columns[region[r].first];
     motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(column).rowwise() - mesh.vertices.row(v)).transpose();
-    for (const std::size_t s : own)
-      moves.block<3, 1>(row, arkitIndex(shapes.names[s])) += shapes.moves[s].row(v).transpose();
+    for (const DrivenShape& shape : own) {
+      moves.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
+      if (shape.isSeenIn(v, is_bare)) seen.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
+    }
   }
   if (region.empty()) return {};
-  RowMajorMatrixF weights = fitShapeWeights(moves, motion, own.size());
+  RowMajorMatrixF weights = fitShapeWeights(seen, motion, own.size());
+  closeLids(seen, motion, weights);
   constexpr float kSeen = 0.02F;  // a shape that never does more is left alone
   for (Eigen::Index k = 0; k < kShapes; ++k) {
     if (weights.col(k).maxCoeff() < kSeen) weights.col(k).setZero();

@@ -13,14 +13,16 @@ extern const std::string_view kArkitMarkersJson;
 
 namespace {
 
-/// Lower case, letters and digits only; a final side letter written out.
+/// Lower case, letters and digits only; a final side letter ("_l", ".L", "eyeBlinkL") written out.
 std::string plainName(std::string_view name) {
   std::string ending;
-  if (name.size() > 2 && (name[name.size() - 2] == '_' || name[name.size() - 2] == '.')) {
-    const char side = static_cast<char>(std::tolower(static_cast<unsigned char>(name.back())));
-    if (side == 'l') ending = "left";
-    if (side == 'r') ending = "right";
-    if (!ending.empty()) name.remove_suffix(2);
+  if (name.size() > 2) {
+    const char before = name[name.size() - 2];
+    const bool is_apart = before == '_' || before == '.';
+    const bool is_capital = std::islower(static_cast<unsigned char>(before)) != 0;
+    if ((is_apart && name.back() == 'l') || ((is_apart || is_capital) && name.back() == 'L')) ending = "left";
+    if ((is_apart && name.back() == 'r') || ((is_apart || is_capital) && name.back() == 'R')) ending = "right";
+    if (!ending.empty()) name.remove_suffix(is_apart ? 2 : 1);
   }
   std::string plain;
   for (const char letter : name) {
@@ -30,9 +32,8 @@ std::string plainName(std::string_view name) {
   return plain + ending;
 }
 
-}  // namespace
-
-int arkitIndex(std::string_view shape_name) {
+/// As arkitIndex(), of a name that nothing stands before.
+int indexOfBare(std::string_view shape_name) {
   static const auto plain_names = [] {
     std::array<std::string, kArkitNames.size()> plain;
     std::transform(kArkitNames.begin(), kArkitNames.end(), plain.begin(), plainName);
@@ -58,6 +59,21 @@ int arkitIndex(std::string_view shape_name) {
     for (const std::string_view side : {"left", "right"}) {
       if (name.ends_with(side)) name.resize(name.size() - side.size());
     }
+  }
+  return -1;
+}
+
+}  // namespace
+
+int arkitIndex(std::string_view shape_name) {
+  if (const int whole = indexOfBare(shape_name); whole >= 0) return whole;
+  // What stands before it is a mesh's, a node's or a set's name; where it is a shape's, the two correct each other.
+  for (std::size_t at = 0; (at = shape_name.find_first_of("._:|", at)) != std::string_view::npos; ++at) {
+    const int index = indexOfBare(shape_name.substr(at + 1));
+    if (index < 0) continue;
+    const std::string_view found = kArkitNames[unsignedIndex(index)];
+    const bool is_short = found == "JawLeft" || found == "JawRight" || found == "MouthLeft" || found == "MouthRight";
+    return is_short || arkitIndex(shape_name.substr(0, at)) >= 0 ? -1 : index;
   }
   return -1;
 }

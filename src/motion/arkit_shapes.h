@@ -67,8 +67,9 @@ inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
                                                               "TongueOut"};
 
 /// The number in kArkitNames of a shape's name: letter case, `_` and other punctuation do not count, `_L` and `_R`
-/// stand for Left and Right, and halves of a shape that Apple has whole (browInnerUp_L) are that shape. -1: none of
-/// them.
+/// stand for Left and Right, as a capital L or R after a small letter does, and halves of a shape that Apple has whole
+/// (browInnerUp_L) are that shape. The name of a mesh or a set may stand before it ("blendShape1.jawOpen"), not that of
+/// another shape ("jawOpen_mouthClose"). -1: none of them.
 int arkitIndex(std::string_view shape_name);
 
 /// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.

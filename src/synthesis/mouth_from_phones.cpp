@@ -20,7 +20,7 @@ struct PresenceShape {
 };
 
 double presenceAt(const TimeSpan& span, Seconds time, const PresenceShape& shape) {
-  const Seconds inside = std::min(shape.inside, 0.5 * span.duration());
+  const Seconds inside = std::min(shape.inside, std::max(0.0, 0.5 * span.duration()));
   const Seconds outside = std::max(span.start + inside - time, time - (span.end - inside));
   const double u = std::clamp(outside / shape.transition, 0.0, 1.0);
   return 0.5 * (1 + std::cos(std::numbers::pi * u));
@@ -98,18 +98,34 @@ float partingOf(const LabelledPhone& said) {
 
 bool isSealed(const LabelledPhone& said) { return partingOf(said) == 0; }
 
+/// Those of `labels` that seal the lips. Lips stand open before the first sound and come together after the last one:
+/// silence seals only so far from what is said through parted lips that no seal is left there.
+SpeechLabels sealing(const SpeechLabels& labels) {
+  constexpr Seconds kReach = kSeal.transition - kSeal.inside;
+  SpeechLabels sealing;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    if (!isSealed(labels.phones[i])) continue;
+    LabelledPhone& said = sealing.phones.emplace_back(labels.phones[i]);
+    if (said.phone != Phone::kSil) continue;
+    if (i > 0 && !isSealed(labels.phones[i - 1])) said.span.start += kReach;
+    if (i + 1 < labels.phones.size() && !isSealed(labels.phones[i + 1])) said.span.end -= kReach;
+  }
+  return sealing;
+}
+
 constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
 }  // namespace
 
 std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
-  forEachPresence(labels, times, kSeal, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isSealed(said)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
+  const SpeechLabels sealed = sealing(labels);
+  forEachPresence(sealed, times, kSeal, [&lips](std::size_t frame, const LabelledPhone&, double presence) {
+    lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
   });
   std::vector<float> late(times.size(), 0);
-  forEachPresence(labels, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isSealed(said)) late[frame] = std::max(late[frame], asFloat(presence));
+  forEachPresence(sealed, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone&, double presence) {
+    late[frame] = std::max(late[frame], asFloat(presence));
   });
   forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);

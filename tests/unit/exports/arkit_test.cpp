@@ -106,6 +106,55 @@ TEST(Arkit, SmoothnessTakesTremblingAway) {
   EXPECT_LT(change(2), 0.5F * change(0));
 }
 
+/// A lid of skin that EyeBlinkLeft closes and lashes on it, whose tips go twice as far; brows that are a mesh of their
+/// own. The motion blinks for 10 of 60 frames, the lashes go as the lid does, and the brows rise by half.
+TEST(Arkit, BlinksAsFarAsTheLidWhateverItsLashesDo) {
+  Head head;
+  constexpr Eigen::Index kLid = 30, kLashes = 90, kBrow = 20, kAll = kLid + kLashes + kBrow;
+  head.mesh.vertices = VertexPositions::Zero(kAll, 3);
+  head.mesh.metres_per_unit = 0.001;
+  for (Eigen::Index v = 0; v < kAll; ++v) head.mesh.vertices.row(v) << static_cast<float>(v), float(v % 2), 0;
+  Eigen::Index first = 0;
+  for (const auto& [name, count] : {std::pair("skin", kLid), {"lashes", kLashes}, {"brow", kBrow}}) {
+    const std::size_t before = head.mesh.triangles.size();
+    for (Eigen::Index v = first; v + 2 < first + count; ++v) {
+      const auto at = static_cast<std::uint32_t>(v);
+      head.mesh.triangles.push_back({at, at + 1, at + 2});
+    }
+    head.mesh.parts.push_back({.name = name,
+                               .first_triangle = before,
+                               .triangle_count = head.mesh.triangles.size() - before,
+                               .stands_off = first > 0});
+    first += count;
+  }
+  head.shapes.names = {"eyeBlinkLeft", "browInnerUp"};
+  head.shapes.moves = {VertexPositions::Zero(kAll, 3), VertexPositions::Zero(kAll, 3)};
+  VertexPositions closed = VertexPositions::Zero(kAll, 3);
+  for (Eigen::Index v = 0; v < kLid + kLashes; ++v) {
+    const float way = v < kLid ? 10 * static_cast<float>(v) / (kLid - 1) : 10;  // to the lid's edge
+    closed.row(v) << 0, -way, 0;
+    head.shapes.moves[0].row(v) << 0, v < kLid ? -way : -2 * way, 0;
+  }
+  head.shapes.moves[1].bottomRows(kBrow).col(1).setConstant(5);
+  FaceAnimation animation{60, {}};
+  animation.positions.resize(60, 3 * kAll);
+  for (Eigen::Index t = 0; t < 60; ++t) {
+    VertexPositions frame = head.mesh.vertices + 0.5F * head.shapes.moves[1];
+    if (t >= 30 && t < 40) frame += closed;
+    animation.positions.row(t) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
+  }
+  const Eigen::Index blink = arkitIndex("eyeBlinkLeft"), brow = arkitIndex("browInnerUp");
+  const ArkitCurves curves = fitArkit(animation, head.mesh, head.shapes);
+  const RowMajorMatrixF taken = takeLidsAndBrows(animation, head.mesh, head.shapes);
+  for (const RowMajorMatrixF& weights : {curves.weights, taken}) {
+    EXPECT_GT(weights(35, blink), 0.98F);
+    EXPECT_EQ(weights(10, blink), 0);
+    EXPECT_NEAR(weights(35, brow), 0.5F, kWeightWithin);
+  }
+  for (Eigen::Index v = kLid / 2 + 1; v < kLid; ++v)
+    EXPECT_NEAR(animation.positions(35, 3 * v + 1), head.mesh.vertices(v, 1), 1e-3F) << "the shape alone moves the lid";
+}
+
 TEST(Arkit, RefusesAHeadWithoutSuchShapes) {
   const Head head = headWith({"happy", "sad"});
   EXPECT_THROW((void)fitArkit(animationOf(head, Eigen::MatrixXf::Zero(3, 2)), head.mesh, head.shapes), InputError);

@@ -59,6 +59,18 @@ TEST(ArkitIndex, HalvesOfAWholeShapeAreItAndOtherProgramsNamesAreKnown) {
     EXPECT_EQ(arkitIndex(name), -1) << name;
 }
 
+TEST(ArkitIndex, NamesMayStandBehindThoseOfMeshesAndSets) {
+  EXPECT_EQ(arkitIndex("blendShape1.jawOpen"), numberOf("JawOpen"));
+  EXPECT_EQ(arkitIndex("head_lod0_mesh__CTRL_expressions_eyeBlinkL"), numberOf("EyeBlinkLeft"));
+  EXPECT_EQ(arkitIndex("Face.M_F00_000_00_Fcl_EYE_Close_L"), numberOf("EyeBlinkLeft"));
+  EXPECT_EQ(arkitIndex("A14_Eye_Blink_Left"), numberOf("EyeBlinkLeft"));
+  EXPECT_EQ(arkitIndex("Head|mouthSmile_R"), numberOf("MouthSmileRight"));
+  EXPECT_EQ(arkitIndex("jawL"), numberOf("JawLeft"));
+  for (const char* name : {"jawOpen_mouthClose", "corrective.jawOpen_mouthFunnel", "Turn_Jaw_L", "up_mouth_R",
+                           "Face.M_F00_000_00_Fcl_MTH_A", "MOUTHL", "._:|", "a.b_c"})
+    EXPECT_EQ(arkitIndex(name), -1) << name;
+}
+
 /// Learnt from a head, they do what their names say, on the side that they name.
 TEST(ArkitMarkerMoves, DoWhatTheirNamesSay) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();

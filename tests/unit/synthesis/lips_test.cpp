@@ -50,6 +50,32 @@ TEST(Lips, AreSealedInBilabialsAndSilenceAlone) {
   }
 }
 
+TEST(Lips, AreOpenFromTheFirstSoundToTheLastOne) {
+  const SpeechLabels labels = labelsOf({Phone::kW, Phone::kSil, Phone::kW, Phone::kSil, Phone::kB, Phone::kUW});
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  for (std::size_t i = frameAt(1); i <= frameAt(2); ++i) EXPECT_LT(lips[i].seal, 0.01F) << i;
+  for (std::size_t i = frameAt(3); i <= frameAt(4); ++i) EXPECT_LT(lips[i].seal, 0.01F) << i;
+  for (const double silence : {0.0, 0.5, 2.5, 7.5}) EXPECT_EQ(lips[frameAt(silence)].seal, 1) << silence;
+  for (std::size_t i = frameAt(4.5); i <= frameAt(6); ++i) EXPECT_EQ(lips[i].seal, 1) << "before a B, " << i;
+}
+
+TEST(Lips, AreOpenInTheMiddleOfAShortWAfterAShortPause) {
+  SpeechLabels labels = labelsOf({Phone::kT, Phone::kSil, Phone::kW, Phone::kEH});
+  const Seconds lengths[] = {0.2, 0.065, 0.03, 0.065, 0.03, 0.2};
+  Seconds at = 0;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    labels.phones[i].span = {at, at + lengths[i]};
+    at += lengths[i];
+  }
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  const TimeSpan w = labels.phones[3].span;
+  for (const LipPose& pose : {lips[static_cast<std::size_t>(std::lround(w.start * kRateHz))],
+                              lips[static_cast<std::size_t>(std::lround(w.middle() * kRateHz))]}) {
+    EXPECT_LT(pose.seal, 0.01F);
+    EXPECT_GT(pose.rounding, 0.9F);
+  }
+}
+
 TEST(Lips, TuckInLabiodentalsAlone) {
   const SpeechLabels labels = labelsOf({Phone::kAA, Phone::kF, Phone::kTH, Phone::kV});
   const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
