@@ -196,6 +196,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   face.warp.regularization = warp["regularization"].number(0, 1e6);
   face.control = controlOf(root["control"], face.marker_names.size());
   face.binding = bindingOf(root["binding"]);
+  if (root["guard"].exists()) face.guard = root["guard"].blob<std::uint32_t>();
   return face;
 }
 
@@ -233,6 +234,7 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"skin_weight", blobOf(face.binding.skin_weight)},
               {"jaw_weight", blobOf(face.binding.jaw_weight)},
               {"carried", blobOf(face.binding.carried)}}}};
+  if (!face.guard.empty()) tree["guard"] = blobOf(face.guard);
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
   if (face.binding.meets) tree["binding"]["meets"] = true;

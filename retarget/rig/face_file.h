@@ -37,6 +37,8 @@ struct FaceFile {
   std::map<std::string, PartKind> part_kinds;  ///< by part name: what the mesh file does not tell by itself
   ControlMesh control;
   FaceBinding binding;
+  /// FaceRig::guardWords() of this mesh, control mesh and binding; empty: found anew when the face is loaded.
+  std::vector<std::uint32_t> guard = {};
 };
 
 /// Reads CBOR that nobody has checked: types, sizes, ranges, finiteness. What needs the mesh (the binding) is checked

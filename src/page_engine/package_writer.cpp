@@ -232,7 +232,9 @@ std::string packLine(const LineToPack& line) {
                      {"corpus", corpusToJson(line, std::move(packed.takes))},
                      {"face",
                       [&] {
-                        const std::string bytes = faceFileToBytes(line.face);
+                        FaceFile face = line.face;
+                        face.guard.clear();  // a page is sent further than it is opened
+                        const std::string bytes = faceFileToBytes(face);
                         return json::binary({bytes.begin(), bytes.end()});
                       }()},
                      {"mesh", meshToJson(line.mesh)},

@@ -72,6 +72,7 @@ int runFit(const FitArguments& given) {
   FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
   FaceReport report = reportOn(face, rig, &corpus);
   report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement));
+  face.guard = rig.guardWords();
   const bool is_faulty = !report.faults().empty();
   if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
   if (!given.save_anchors.empty()) {

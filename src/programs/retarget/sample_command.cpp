@@ -25,10 +25,12 @@ int runSample(const SampleArguments& given) {
   FitRequest request = fitRequestFor("default", corpus);
   request.mesh_file = mesh_path.filename().string();
   request.mesh_sha256 = sha256Hex(bytes);
-  const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
+  FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
+  const FaceRig rig = FaceRig::of(face, std::move(mesh), mesh_path.string());
+  face.guard = rig.guardWords();
   writeFaceFile(given.out / "default.face", face);
-  const FaceReport report = reportOn(face, FaceRig::of(face, std::move(mesh), mesh_path.string()), &corpus);
+  const FaceReport report = reportOn(face, rig, &corpus);
   printFace(face, report, given.json, given.quiet);
   return report.faults().empty() ? kExitDone : kExitBadInput;
 }

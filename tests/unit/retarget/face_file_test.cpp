@@ -255,6 +255,22 @@ TEST_F(RigTest, AMissingMeshIsRefused) {
   }
 }
 
+TEST_F(RigTest, TheGuardOfTheLipsIsReadAsItWasFound) {
+  FaceFile guarded = face();
+  guarded.guard = FaceRig::load(face_path_).guardWords();
+  writeFaceFile(face_path_, guarded);
+  EXPECT_EQ(readFaceFile(face_path_).guard, guarded.guard);
+  EXPECT_EQ(FaceRig::load(face_path_).guardWords(), guarded.guard);
+  guarded.guard[2] = 0xFFFFFFFF;
+  writeFaceFile(face_path_, guarded);
+  try {
+    FaceRig::load(face_path_);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), face_path_.string() + ":guard: found a watch of no vertex or column");
+  }
+}
+
 TEST_F(RigTest, ABindingOfAnotherMeshIsRefused) {
   FaceFile other = face();
   other.binding.patch.pop_back();
