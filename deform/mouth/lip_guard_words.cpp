@@ -59,12 +59,11 @@ class WordReader {
   }
   template <typename Net>
   void operator()(Eigen::PlainObjectBase<Net>& net) const {
-    const std::size_t rows = next(), columns = next();
+    const std::uint64_t rows = next(), columns = next();
     if (Net::ColsAtCompileTime == 1 && columns != 1) throw InputError("found a net of the wrong shape");
-    expectWords(rows, sizeof(std::uint32_t));  // so that the next line cannot overflow
-    expectWords(rows * columns, sizeof(float));
+    expectWords(std::max({rows, columns, rows * columns}), sizeof(float));
     net.resize(signedIndex(rows), signedIndex(columns));
-    copyTo(net.data(), rows * columns);
+    copyTo(net.data(), unsignedIndex(net.size()));
   }
   void operator()(float& number) const { number = std::bit_cast<float>(next()); }
   void operator()(bool& flag) const { flag = next() != 0; }
@@ -76,7 +75,7 @@ class WordReader {
     words_ = words_.subspan(1);
     return word;
   }
-  void expectWords(std::size_t count, std::size_t size) const {
+  void expectWords(std::uint64_t count, std::size_t size) const {
     if (count > words_.size_bytes() / size) throw InputError("ends too early");
   }
   template <typename Record>

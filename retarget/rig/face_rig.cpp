@@ -74,7 +74,7 @@ FaceRig::~FaceRig() = default;
 
 FaceRig FaceRig::load(const std::filesystem::path& face_file) {
   FaceFile file = readFaceFile(face_file);
-  FaceMesh mesh = readMeshOf(file, face_file);
+  std::shared_ptr<const FaceMesh> mesh = meshOf(file, face_file, readMeshBytesOf(file, face_file));
   return of(std::move(file), std::move(mesh), face_file.string());
 }
 
@@ -122,7 +122,11 @@ const FaceMesh& FaceRig::mesh() const { return *data_->mesh; }
 const VertexPositions& FaceRig::restVertices() const { return data_->mesh->vertices; }
 double FaceRig::metresPerUnit() const { return data_->mesh->metres_per_unit; }
 const std::string& FaceRig::name() const { return data_->file.name; }
-std::vector<std::uint32_t> FaceRig::guardWords() const { return data_->deformer.guardWords(); }
+FaceFile FaceRig::withSetUp(FaceFile face) const {
+  face.mesh = data_->mesh;
+  face.guard = data_->deformer.guardWords();
+  return face;
+}
 const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
 
 namespace {

@@ -72,9 +72,8 @@ int runFit(const FitArguments& given) {
   FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
   FaceReport report = reportOn(face, rig, &corpus);
   report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement));
-  face.guard = rig.guardWords();
   const bool is_faulty = !report.faults().empty();
-  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
+  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, rig.withSetUp(face));
   if (!given.save_anchors.empty()) {
     FaceMesh placed_on = rig.mesh();
     writeFileAtomically(given.save_anchors, anchorsBytes(placedOn(face, placed_on, anchors)));

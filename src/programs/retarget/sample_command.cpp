@@ -25,11 +25,10 @@ int runSample(const SampleArguments& given) {
   FitRequest request = fitRequestFor("default", corpus);
   request.mesh_file = mesh_path.filename().string();
   request.mesh_sha256 = sha256Hex(bytes);
-  FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
+  const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
   const FaceRig rig = FaceRig::of(face, std::move(mesh), mesh_path.string());
-  face.guard = rig.guardWords();
-  writeFaceFile(given.out / "default.face", face);
+  writeFaceFile(given.out / "default.face", rig.withSetUp(face));
   const FaceReport report = reportOn(face, rig, &corpus);
   printFace(face, report, given.json, given.quiet);
   return report.faults().empty() ? kExitDone : kExitBadInput;
