@@ -30,7 +30,7 @@ endforeach()
 foreach(name face_mesh gums head_topology lip_cut lip_line lip_slit mesh_parts polygons triangle_tree welding)
   list(APPEND core_sources deform/mesh/${name}.cpp)
 endforeach()
-foreach(name ball_fit eyeballs face_file face_file_mesh face_rig larynx missing_markers)
+foreach(name ball_fit eyeballs face_file face_file_mesh face_rig larynx missing_markers stored_mesh)
   list(APPEND core_sources retarget/rig/${name}.cpp)
 endforeach()
 

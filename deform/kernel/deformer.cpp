@@ -80,7 +80,6 @@ void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vec
 
 struct FaceDeformer::Data {
   const kernel::Kernels* kernels = &kernel::bestKernels();
-  DeformerOptions options;
   ControlMesh control;
   std::vector<LipPair> lip_pairs = lipPairs(control);
   JawHinge jaw;
@@ -356,13 +355,12 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
     if (kinds[i] == PartKind::kTongue) tongue.push_back(i);
   }
   auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
-  data->options = options;
   if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
   data->takeSurface(surface);
   data->takeBinding(surface, binding, kinds);
   data->settleAtRest();
-  if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding);
+  if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding, options.guard);
   data_ = std::move(data);
 }
 
@@ -406,6 +404,10 @@ void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, Vertex
   for (const VertexRun& run : data_->still_runs) {
     std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
   }
+}
+
+std::vector<std::uint32_t> FaceDeformer::guardWords() const {
+  return data_->guard ? data_->guard->words() : std::vector<std::uint32_t>();
 }
 
 const std::vector<std::uint32_t>& FaceDeformer::movingVertices() const { return data_->moving; }

@@ -18,6 +18,7 @@ struct FaceMesh;
 struct DeformerOptions {
   bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison
   bool guard_lips = true;       ///< LipGuard; without it for comparison
+  std::span<const std::uint32_t> guard = {};  ///< guardWords() of the same face; empty: its guard is found anew
 };
 
 /// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and
@@ -34,6 +35,9 @@ class FaceDeformer {
   /// `out`: vertices x 3, resized when needed; otherwise nothing is allocated once a thread has posed this face. The
   /// rest markers give the rest mesh back.
   void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
+
+  /// LipGuard::words(), or none.
+  [[nodiscard]] std::vector<std::uint32_t> guardWords() const;
 
   /// The vertices that some markers or tongue can move, rising: a head is mostly hair and back.
   [[nodiscard]] const std::vector<std::uint32_t>& movingVertices() const;

@@ -105,6 +105,7 @@ class TeethShell {
   [[nodiscard]] bool isNear(const Eigen::Vector3f& p, float distance) const;
 
  private:
+  friend class LipGuard;
   struct Sample {
     float reach = 0, filled = 0;           ///< mean over the filled corners of the net's cell, and their weight
     float per_column = 0, per_height = 0;  ///< slopes
@@ -130,8 +131,14 @@ class TeethShell {
 /// column by column. Continuous in the pose.
 class LipGuard {
  public:
-  /// `closed`: the mesh's vertices with the lips brought together, unguarded.
-  LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control, const FaceBinding& binding);
+  /// `closed`: the mesh's vertices with the lips brought together, unguarded. `found`: words() of the same face's
+  /// guard, which spares the search; without them, or where another version of the program found them, all is found
+  /// anew. Throws InputError where they are none of this mesh.
+  LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control, const FaceBinding& binding,
+           std::span<const std::uint32_t> found = {});
+
+  /// What was found out about the face (docs/formats/face.md).
+  [[nodiscard]] std::vector<std::uint32_t> words() const;
 
   /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints(); `gaps`: of lipPairs(), or
   /// none. Allocates nothing once a thread has posed this face.
@@ -150,9 +157,9 @@ class LipGuard {
 
   struct ToothWatch {
     std::uint32_t vertex;
-    bool around_edge;  ///< the other lip's teeth, which it may meet from below or above
-    float allowed;     ///< depth at rest
-    float free;        ///< less than this, squared, it may have moved without touching
+    std::uint32_t around_edge;  ///< 1: the other lip's teeth, which it may meet from below or above
+    float allowed;              ///< depth at rest
+    float free;                 ///< less than this, squared, it may have moved without touching
     Eigen::Vector3f rest;
   };
   /// A vertex of a lip that goes along when the lips are drawn together.
@@ -166,6 +173,12 @@ class LipGuard {
     std::uint32_t vertex, column;
     float way;
   };
+
+  // What is kept of a face (lip_guard_words.cpp).
+  template <typename Guard, typename Visit>
+  static void visitFound(Guard& guard, const Visit& visit);
+  /// False where `words` are none or another version's. Throws InputError.
+  bool takeFound(std::span<const std::uint32_t> words, std::size_t vertex_count);
 
   // Once for a face (lip_guard_watches.cpp).
   void takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,

@@ -180,7 +180,7 @@ class FacingLip {
 }  // namespace
 
 LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
-                   const FaceBinding& binding)
+                   const FaceBinding& binding, std::span<const std::uint32_t> found)
     : pairs_(lipPairs(control)), rim_(openingsOf(control).lip_line), mouth_width_(control.mouth_width) {
   const auto place = [&](int point) -> Vector3f { return control.rest.row(point).transpose().cast<float>(); };
   const int right = findPoint(control, "LIP_CORNER_R"), left = findPoint(control, "LIP_CORNER_L");
@@ -190,7 +190,11 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
   }
   for (const LipPair& pair : pairs_)
     pair_columns_.push_back(columnOf(0.5F * (place(pair.upper_rim) + place(pair.lower_rim))));
-  takeLips(mesh, closed, control, binding);
+  if (!takeFound(found, mesh.vertexCount())) takeLips(mesh, closed, control, binding);
+  if (!binding.meets) return;
+  VertexPositions levelled = closed;
+  for (const Levelled& vertex : levelled_) levelled(vertex.vertex, 1) += vertex.way;
+  meeting_.emplace(mesh, levelled, control, binding);
 }
 
 void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,
@@ -263,7 +267,6 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled,
                    std::max(told + lets_in, std::min(0.0F, watch.look(closed.data(), lengthOf(kWatched)).distance)));
     }
   }
-  if (binding.meets) meeting_.emplace(mesh, closed, control, binding);
   draw(mesh.vertices, upper_vertices, -0.5F);
   draw(mesh.vertices, lower_vertices, 0.5F);
 }
@@ -356,7 +359,7 @@ void LipGuard::watchTeeth(const VertexPositions& rest, const std::vector<std::ui
     const float to_rim = toRim(p);
     if (to_rim > far || (to_rim > near && !shell.isNear(p, 0.5F * near))) continue;
     const float depth = shell.depthAt(p, lengthOf(kDeepInTeeth), around_edge).depth;
-    watches.push_back({v, around_edge, depth, 0, p});
+    watches.push_back({v, around_edge ? 1U : 0U, depth, 0, p});
   }
 }
 

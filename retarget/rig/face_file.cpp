@@ -14,6 +14,7 @@
 #include "base/json_fields.h"
 #include "base/json_text.h"
 #include "deform/mesh/part_kind.h"
+#include "retarget/rig/stored_mesh.h"
 
 namespace mouthpiece {
 namespace {
@@ -113,12 +114,6 @@ FaceBinding bindingOf(const JsonField& field) {
   return binding;
 }
 
-/// A vector's or matrix' numbers as they lie in memory.
-json blobOf(const auto& values) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  return json::binary({bytes, bytes + unsignedIndex(values.size()) * sizeof(*values.data())});
-}
-
 json controlToJson(const ControlMesh& control) {
   json points = json::array();
   for (const ControlPoint& point : control.points) {
@@ -185,6 +180,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
     if (!kind) part["kind"].fail("is unknown");
     face.part_kinds[part["name"].text()] = *kind;
   }
+  if (const JsonField stored = mesh["stored"]; stored.exists()) face.mesh = meshFrom(stored);
   face.marker_names = namesOf(root["markers"]);
   face.marker_targets = matrixOf<MarkerPositions>(root["marker_targets"], face.marker_names.size());
   face.actor_neutral_mm = matrixOf<MarkerPositions>(root["actor_neutral_mm"], face.marker_names.size());
@@ -196,6 +192,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   face.warp.regularization = warp["regularization"].number(0, 1e6);
   face.control = controlOf(root["control"], face.marker_names.size());
   face.binding = bindingOf(root["binding"]);
+  if (root["guard"].exists()) face.guard = root["guard"].blob<std::uint32_t>();
   return face;
 }
 
@@ -233,6 +230,8 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"skin_weight", blobOf(face.binding.skin_weight)},
               {"jaw_weight", blobOf(face.binding.jaw_weight)},
               {"carried", blobOf(face.binding.carried)}}}};
+  if (!face.guard.empty()) tree["guard"] = blobOf(face.guard);
+  if (face.mesh != nullptr) tree["mesh"]["stored"] = meshToJson(*face.mesh, true);
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
   if (face.binding.meets) tree["binding"]["meets"] = true;

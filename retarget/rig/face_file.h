@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,6 +38,10 @@ struct FaceFile {
   std::map<std::string, PartKind> part_kinds;  ///< by part name: what the mesh file does not tell by itself
   ControlMesh control;
   FaceBinding binding;
+  /// The mesh as it was read from its file at the fit and set upright; null: it is read again when the face is loaded.
+  std::shared_ptr<const FaceMesh> mesh = nullptr;
+  /// FaceDeformer::guardWords() of this mesh, control mesh and binding; empty: found anew when the face is loaded.
+  std::vector<std::uint32_t> guard = {};
 };
 
 /// Reads CBOR that nobody has checked: types, sizes, ranges, finiteness. What needs the mesh (the binding) is checked
@@ -52,10 +57,11 @@ void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh);
 /// The mesh that `face` names, next to `face_path`, set upright; its hash is checked, unit and part kinds are set.
 /// Throws InputError when it is missing or has changed since the fit.
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path);
-/// Its two halves, of which the second takes the time: the mesh's bytes, of the same file as when it was fitted to, and
-/// the mesh that they are.
+/// Its two halves, of which the second takes the time where `face` does not hold the mesh: the mesh's bytes, of the
+/// same file as when it was fitted to, and the mesh that they are.
 std::string readMeshBytesOf(const FaceFile& face, const std::filesystem::path& face_path);
-FaceMesh parseMeshOf(const FaceFile& face, const std::filesystem::path& face_path, std::string_view bytes);
+std::shared_ptr<const FaceMesh> meshOf(const FaceFile& face, const std::filesystem::path& face_path,
+                                       std::string_view bytes);
 
 /// "inverse_multiquadric", "biharmonic", "triharmonic".
 std::string_view nameOf(RbfKernel kernel);

@@ -37,18 +37,20 @@ std::string readMeshBytesOf(const FaceFile& face, const std::filesystem::path& f
   return bytes;
 }
 
-FaceMesh parseMeshOf(const FaceFile& face, const std::filesystem::path& face_path, std::string_view bytes) {
+std::shared_ptr<const FaceMesh> meshOf(const FaceFile& face, const std::filesystem::path& face_path,
+                                       std::string_view bytes) {
+  if (face.mesh != nullptr) return face.mesh;
   FaceMesh mesh = parseFaceMesh(bytes, face_path.parent_path() / face.mesh_file, face.mesh_object);
   mesh.metres_per_unit = face.metres_per_unit;
   turnMesh(face.upright_from_mesh, mesh);
   for (MeshPart& part : mesh.parts) {
     if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
   }
-  return mesh;
+  return std::make_shared<const FaceMesh>(std::move(mesh));
 }
 
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
-  return parseMeshOf(face, face_path, readMeshBytesOf(face, face_path));
+  return *meshOf(face, face_path, readMeshBytesOf(face, face_path));
 }
 
 }  // namespace mouthpiece

@@ -74,7 +74,7 @@ FaceRig::~FaceRig() = default;
 
 FaceRig FaceRig::load(const std::filesystem::path& face_file) {
   FaceFile file = readFaceFile(face_file);
-  FaceMesh mesh = readMeshOf(file, face_file);
+  std::shared_ptr<const FaceMesh> mesh = meshOf(file, face_file, readMeshBytesOf(file, face_file));
   return of(std::move(file), std::move(mesh), face_file.string());
 }
 
@@ -93,9 +93,16 @@ FaceRig FaceRig::of(FaceFile file, std::shared_ptr<const FaceMesh> shared_mesh, 
     }
   }();
   Welding welding = weldSplitTriangles(mesh);
-  FaceDeformer deformer = welding.isNothing()
-                              ? FaceDeformer(mesh, file.control, file.binding)
-                              : FaceDeformer(welding.mesh, file.control, weldedBinding(file.binding, welding));
+  FaceDeformer deformer = [&] {
+    const DeformerOptions options{.guard = file.guard};
+    try {
+      return welding.isNothing()
+                 ? FaceDeformer(mesh, file.control, file.binding, options)
+                 : FaceDeformer(welding.mesh, file.control, weldedBinding(file.binding, welding), options);
+    } catch (const InputError& error) {
+      throw InputError(name, "guard", error.what());
+    }
+  }();
   std::vector<std::uint32_t> moving = deformer.movingVertices();
   if (!welding.isNothing()) {
     const std::set<std::uint32_t> moves(moving.begin(), moving.end());
@@ -115,6 +122,11 @@ const FaceMesh& FaceRig::mesh() const { return *data_->mesh; }
 const VertexPositions& FaceRig::restVertices() const { return data_->mesh->vertices; }
 double FaceRig::metresPerUnit() const { return data_->mesh->metres_per_unit; }
 const std::string& FaceRig::name() const { return data_->file.name; }
+FaceFile FaceRig::withSetUp(FaceFile face) const {
+  face.mesh = data_->mesh;
+  face.guard = data_->deformer.guardWords();
+  return face;
+}
 const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
 
 namespace {

@@ -50,6 +50,8 @@ class FaceRig {
   [[nodiscard]] const std::string& name() const;
   /// The markers that drive it, in the order of retarget()'s.
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
+  /// `face`, of which this rig was made, with what it takes time to find out when it is loaded.
+  [[nodiscard]] FaceFile withSetUp(FaceFile face) const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6), and how the lips lie.
   /// `motion` holds the rig's markers by name; others are ignored, and some may be missing (completedMarkers). Lips

@@ -85,7 +85,6 @@ class JsonField {
  private:
   struct Document;
   JsonField(std::shared_ptr<const Document> document, const nlohmann::json& node, std::string missing_key = {});
-  static JsonField readDocument(std::string_view bytes, std::string_view file, std::string_view expected, bool is_cbor);
   friend JsonField parseJson(std::string_view, std::string_view, std::string_view);
   friend JsonField parseCbor(std::string_view, std::string_view, std::string_view);
 

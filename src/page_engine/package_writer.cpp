@@ -232,10 +232,13 @@ std::string packLine(const LineToPack& line) {
                      {"corpus", corpusToJson(line, std::move(packed.takes))},
                      {"face",
                       [&] {
-                        const std::string bytes = faceFileToBytes(line.face);
+                        FaceFile face = line.face;
+                        face.guard.clear();  // a page is sent further than it is opened
+                        face.mesh = nullptr;
+                        const std::string bytes = faceFileToBytes(face);
                         return json::binary({bytes.begin(), bytes.end()});
                       }()},
-                     {"mesh", meshToJson(line.mesh)},
+                     {"mesh", meshToJson(line.mesh, false)},
                      {"actor",
                       {{"neutral_mm", doublesOf(Eigen::Map<const PositionMatrix>(line.actor.neutral_mm.data(), 1,
                                                                                  line.actor.neutral_mm.size()))},

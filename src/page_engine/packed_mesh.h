@@ -7,17 +7,11 @@
 
 #include "base/json_fields.h"
 #include "exports/shapes/principal_shapes.h"
+#include "retarget/rig/stored_mesh.h"
 
 namespace mouthpiece {
 
 struct FaceMesh;
-
-/// CBOR bytes of numbers, little-endian, as JsonField::blob() reads them.
-template <typename Scalar>
-nlohmann::json blobOf(const std::vector<Scalar>& values) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  return nlohmann::json::binary({bytes, bytes + values.size() * sizeof(Scalar)});
-}
 
 /// A matrix' numbers row by row, as floats: what corpus files hold.
 nlohmann::json floatsOf(const auto& matrix) {
@@ -29,10 +23,6 @@ nlohmann::json floatsOf(const auto& matrix) {
 RowMajorMatrixF floatsFrom(const JsonField& field, Eigen::Index columns, bool nan_allowed = false);
 inline constexpr double kLargestPacked = 1e9;
 
-/// What of a mesh moves: its vertices, triangles, the kinds of its parts, its unit.
-nlohmann::json meshToJson(const FaceMesh& mesh);
-/// Throws InputError for triangles and parts that do not fit together.
-std::shared_ptr<const FaceMesh> meshFrom(const JsonField& field);
 std::size_t vertexCountOf(const FaceMesh& mesh);
 
 }  // namespace mouthpiece

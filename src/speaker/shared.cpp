@@ -31,7 +31,7 @@ SharedFace::Data::Data(const std::filesystem::path& face_file)
       file(readFaceFile(path)),
       rig_(std::async([this, bytes = readMeshBytesOf(file, path)]() mutable {
         const std::string mesh = std::move(bytes);  // what a future was made of lives as long as it does
-        return FaceRig::of(file, parseMeshOf(file, path, mesh), path.string());
+        return FaceRig::of(file, meshOf(file, path, mesh), path.string());
       })) {}
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <string_view>
 
 #include "base/errors.h"
@@ -14,7 +15,7 @@ namespace {
 using namespace mouthpiece;
 
 /// A mesh through the control points themselves, with teeth, hung on the patches one after the other.
-void moveSomething(const ControlMesh& control) {
+void moveSomething(const ControlMesh& control, std::span<const std::uint32_t> guard) {
   constexpr std::size_t kMostPoints = 400;
   if (control.points.size() > kMostPoints) return;
   FaceMesh mesh;
@@ -36,7 +37,7 @@ void moveSomething(const ControlMesh& control) {
     binding.skin_weight.push_back(1);
     binding.jaw_weight.push_back(0);
   }
-  const FaceDeformer deformer(mesh, control, binding);
+  const FaceDeformer deformer(mesh, control, binding, {.guard = guard});
   const std::vector<LipGap> touching(lipPairs(control).size(), {.opened = 0});
   const MarkerPositions markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
   VertexPositions out;
@@ -50,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const FaceFile face = parseFaceFile({reinterpret_cast<const char*>(data), size}, "fuzz.face");
     const std::string once = faceFileToBytes(face);
     if (faceFileToBytes(parseFaceFile(once, "once.face")) != once) std::abort();
-    moveSomething(face.control);
+    moveSomething(face.control, face.guard);
   } catch (const InputError&) {
   }
   return 0;

@@ -73,7 +73,7 @@ int runFit(const FitArguments& given) {
   FaceReport report = reportOn(face, rig, &corpus);
   report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement));
   const bool is_faulty = !report.faults().empty();
-  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
+  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, rig.withSetUp(face));
   if (!given.save_anchors.empty()) {
     FaceMesh placed_on = rig.mesh();
     writeFileAtomically(given.save_anchors, anchorsBytes(placedOn(face, placed_on, anchors)));

@@ -27,8 +27,9 @@ int runSample(const SampleArguments& given) {
   request.mesh_sha256 = sha256Hex(bytes);
   const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
-  writeFaceFile(given.out / "default.face", face);
-  const FaceReport report = reportOn(face, FaceRig::of(face, std::move(mesh), mesh_path.string()), &corpus);
+  const FaceRig rig = FaceRig::of(face, std::move(mesh), mesh_path.string());
+  writeFaceFile(given.out / "default.face", rig.withSetUp(face));
+  const FaceReport report = reportOn(face, rig, &corpus);
   printFace(face, report, given.json, given.quiet);
   return report.faults().empty() ? kExitDone : kExitBadInput;
 }

@@ -255,6 +255,66 @@ TEST_F(RigTest, AMissingMeshIsRefused) {
   }
 }
 
+TEST_F(RigTest, TheGuardOfTheLipsIsReadAsItWasFound) {
+  FaceFile guarded = FaceRig::load(face_path_).withSetUp(face());
+  guarded.mesh = nullptr;
+  writeFaceFile(face_path_, guarded);
+  EXPECT_EQ(readFaceFile(face_path_).guard, guarded.guard);
+  EXPECT_EQ(FaceRig::load(face_path_).withSetUp(face()).guard, guarded.guard);
+  guarded.guard[2] = 0xFFFFFFFF;
+  writeFaceFile(face_path_, guarded);
+  try {
+    FaceRig::load(face_path_);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), face_path_.string() + ":guard: found a watch of no vertex or column");
+  }
+}
+
+TEST_F(RigTest, TheMeshThatIsKeptIsTheOneThatWasRead) {
+  const FaceMesh read = FaceRig::load(face_path_).mesh();
+  const FaceFile whole = FaceRig::load(face_path_).withSetUp(face());
+  const std::string bytes = faceFileToBytes(whole);
+  const FaceFile again = parseFaceFile(bytes, "x.face");
+  EXPECT_EQ(faceFileToBytes(again), bytes);
+  ASSERT_NE(again.mesh, nullptr);
+  EXPECT_EQ(again.mesh->vertices, read.vertices);
+  EXPECT_EQ(again.mesh->triangles, read.triangles);
+  EXPECT_EQ(again.mesh->vertex_colors, read.vertex_colors);
+  EXPECT_EQ(again.mesh->texture_coordinates, read.texture_coordinates);
+  EXPECT_EQ(again.mesh->metres_per_unit, read.metres_per_unit);
+  ASSERT_EQ(again.mesh->parts.size(), read.parts.size());
+  for (std::size_t i = 0; i < read.parts.size(); ++i) {
+    const MeshPart &now = again.mesh->parts[i], &before = read.parts[i];
+    EXPECT_EQ(std::tie(now.name, now.kind, now.first_triangle, now.triangle_count, now.base_color, now.roughness,
+                       now.material, now.stands_off),
+              std::tie(before.name, before.kind, before.first_triangle, before.triangle_count, before.base_color,
+                       before.roughness, before.material, before.stands_off));
+  }
+}
+
+TEST_F(RigTest, AKeptMeshThatDoesNotFitTogetherIsRefused) {
+  const std::string bytes = faceFileToBytes(FaceRig::load(face_path_).withSetUp(face()));
+  const json whole = json::from_cbor(bytes);
+  const auto expectRefused = [&](const char* key, json value) {
+    json changed = whole;
+    changed["mesh"]["stored"][json::json_pointer(key)] = std::move(value);
+    EXPECT_EQ(messageOf(changed).rfind("x.face:mesh.stored.", 0), 0U) << key << " -> " << messageOf(changed);
+  };
+  const json no_numbers =
+      json::binary(std::vector<std::uint8_t>(whole["mesh"]["stored"]["vertices"].get_binary().size(), 0xFF));
+  expectRefused("/vertices", no_numbers);
+  expectRefused("/vertices", json::binary({1, 2, 3, 4}));
+  expectRefused("/triangles", json::binary(std::vector<std::uint8_t>(12, 0xFF)));
+  expectRefused("/triangles", json::binary(std::vector<std::uint8_t>(12)));
+  expectRefused("/parts/0/triangles", 1'000'000'000);
+  expectRefused("/parts/0/kind", "fish");
+  expectRefused("/looks", json::binary({1, 2, 3, 4}));
+  expectRefused("/materials", json::binary({1, 2, 3, 4}));
+  expectRefused("/vertex_colors", json::binary({0, 0, 0, 0}));
+  expectRefused("/texture_coordinates", json::binary({0, 0, 0, 0}));
+}
+
 TEST_F(RigTest, ABindingOfAnotherMeshIsRefused) {
   FaceFile other = face();
   other.binding.patch.pop_back();
