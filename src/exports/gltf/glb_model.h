@@ -11,8 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include "exports/gltf/vertex_packing.h"
-
 namespace mouthpiece {
 
 /// glTF's numbers of components and of what a view is for.
@@ -79,6 +77,8 @@ class GlbModel {
   [[nodiscard]] bool hasData() const { return !binary_.empty(); }
   /// Address space for `bytes` of data, so that a large chunk is not copied as it grows.
   void reserve(std::size_t bytes) { binary_.reserve(bytes); }
+  /// The same of a packed model, for so many vec3.
+  void reserveRows(std::size_t rows);
   /// The file. Takes the data with it.
   [[nodiscard]] std::string toBytes() &&;
 
@@ -115,7 +115,7 @@ class GlbModel {
   std::size_t unpacked_bytes_ = 0;  ///< of what is packed, one view after another
   /// Whole numbers of one width that wait for their view, and the accessors that show them.
   struct SharedView {
-    VertexPacker rows;
+    std::string bytes;
     std::vector<std::size_t> accessors;
   };
   std::map<std::size_t, SharedView> shared_views_;  ///< by the stride

@@ -9,6 +9,7 @@
 
 #include "base/index.h"
 #include "exports/gltf/glb_model.h"
+#include "exports/gltf/vertex_packing.h"
 
 namespace mouthpiece {
 namespace {
@@ -25,23 +26,18 @@ constexpr std::size_t kLongestRow = 256;
 /// Rows of whole vec3 in 8 and 16 bits, each filled up to four.
 constexpr std::size_t kNarrowRow = 4, kWideRow = 8;
 
-std::string packedVertices(const void* rows, std::size_t count, std::size_t stride) {
-  VertexPacker packer(stride);
-  packer.append(rows, count);
-  return std::move(packer).packed();
-}
-
 /// `count` rows of four, zero but for those of `values` (three each) at `indices`; without indices all in turn.
 template <typename Number>
 void appendRows(std::span<const std::int32_t> values, std::span<const std::uint32_t> indices, std::size_t count,
-                VertexPacker& packer) {
-  std::vector<std::array<Number, 4>> rows(count);
+                std::string& bytes) {
+  const std::size_t before = bytes.size();
+  bytes.resize(before + count * 4 * sizeof(Number), '\0');
   for (std::size_t i = 0; 3 * i < values.size(); ++i) {
-    rows[indices.empty() ? i : std::size_t{indices[i]}] = {static_cast<Number>(values[3 * i]),
-                                                           static_cast<Number>(values[3 * i + 1]),
-                                                           static_cast<Number>(values[3 * i + 2]), 0};
+    const std::array<Number, 4> row{static_cast<Number>(values[3 * i]), static_cast<Number>(values[3 * i + 1]),
+                                    static_cast<Number>(values[3 * i + 2]), 0};
+    const std::size_t place = indices.empty() ? i : std::size_t{indices[i]};
+    std::memcpy(bytes.data() + before + place * sizeof row, row.data(), sizeof row);
   }
-  packer.append(rows.data(), count);
 }
 
 std::int32_t whole(double value, double most) {
@@ -79,6 +75,10 @@ void GlbModel::pack(const std::array<double, 3>& lowest, const std::array<double
   }
   place_unit_ = std::ldexp(1.0, kPlaceExponent);
   while (reach > kMostShort * place_unit_) place_unit_ *= 2;  // a head of over a metre
+}
+
+void GlbModel::reserveRows(std::size_t rows) {
+  for (const std::size_t stride : {kNarrowRow, kWideRow}) shared_views_[stride].bytes.reserve(stride * rows);
 }
 
 std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
@@ -123,19 +123,18 @@ std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, std::sp
   }
   const bool is_narrow = *std::min_element(low.begin(), low.end()) >= -static_cast<std::int32_t>(kMostByte) &&
                          *std::max_element(high.begin(), high.end()) <= static_cast<std::int32_t>(kMostByte);
-  const std::size_t stride = is_narrow ? kNarrowRow : kWideRow;
-  SharedView& shared = shared_views_.try_emplace(stride, SharedView{VertexPacker(stride), {}}).first->second;
+  SharedView& shared = shared_views_[is_narrow ? kNarrowRow : kWideRow];
   const std::size_t accessor = addAccessor(is_narrow ? gltf::kByte : gltf::kShort, GlbType::kVec3, count);
   json& added = root["accessors"][accessor];
-  added["byteOffset"] = stride * shared.rows.count();
+  added["byteOffset"] = shared.bytes.size();
   if (is_normalised) {
     added["normalized"] = true;
   } else {
     added["min"] = low;
     added["max"] = high;
   }
-  is_narrow ? appendRows<std::int8_t>(values, indices, count, shared.rows)
-            : appendRows<std::int16_t>(values, indices, count, shared.rows);
+  is_narrow ? appendRows<std::int8_t>(values, indices, count, shared.bytes)
+            : appendRows<std::int16_t>(values, indices, count, shared.bytes);
   shared.accessors.push_back(accessor);
   return accessor;
 }
@@ -224,10 +223,11 @@ std::size_t GlbModel::addPackedWeights(std::span<const float> values, std::size_
 }
 
 void GlbModel::closeSharedViews() {
-  for (auto& [stride, shared] : shared_views_) {
-    const std::size_t count = shared.rows.count();
-    const std::size_t view =
-        addPackedView(std::move(shared.rows).packed(), count, stride, "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
+  for (const auto& [stride, shared] : shared_views_) {
+    if (shared.accessors.empty()) continue;
+    const std::size_t count = shared.bytes.size() / stride;
+    const std::size_t view = addPackedView(packedVertices(shared.bytes.data(), count, stride), count, stride,
+                                           "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
     for (const std::size_t accessor : shared.accessors) root["accessors"][accessor]["bufferView"] = view;
   }
   shared_views_.clear();

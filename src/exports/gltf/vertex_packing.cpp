@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <utility>
+#include <vector>
 
 #include "base/errors.h"
 
@@ -85,58 +85,37 @@ void takeBlock(const std::uint8_t* rows, const std::uint8_t* before, std::size_t
 
 }  // namespace
 
-VertexPacker::VertexPacker(std::size_t stride)
-    : stride_(stride),
-      block_bytes_(std::min(kBlockRows, kBlockBytes / stride / kGroup * kGroup) * stride),
-      first_(stride, 0),
-      before_(stride, 0),
-      packed_(1, kHeader) {
+std::string packedVertices(const void* rows, std::size_t count, std::size_t stride) {
   MOUTHPIECE_EXPECT(stride >= 4 && stride <= 256 && stride % 4 == 0);
-  waiting_.reserve(block_bytes_);
-}
-
-void VertexPacker::append(const void* rows, std::size_t count) {
-  const auto* next = static_cast<const std::uint8_t*>(rows);
-  if (count_ == 0 && count > 0) {
-    first_.assign(next, next + stride_);
-    before_ = first_;
-  }
-  count_ += count;
-  for (const std::uint8_t* const end = next + count * stride_; next != end;) {
-    const std::size_t taken = std::min(block_bytes_ - waiting_.size(), static_cast<std::size_t>(end - next));
-    waiting_.insert(waiting_.end(), next, next + taken);
-    next += taken;
-    if (waiting_.size() == block_bytes_) closeBlock();
-  }
-}
-
-void VertexPacker::closeBlock() {
-  const std::size_t rows = waiting_.size() / stride_, groups = (rows + kGroup - 1) / kGroup;
+  const auto* bytes = static_cast<const std::uint8_t*>(rows);
+  const std::vector<std::uint8_t> first =
+      count > 0 ? std::vector(bytes, bytes + stride) : std::vector<std::uint8_t>(stride);
+  std::string packed(1, kHeader);
+  const std::size_t block_rows = std::min(kBlockRows, kBlockBytes / stride / kGroup * kGroup);
+  const std::uint8_t* before = first.data();
   Block block;
-  takeBlock(waiting_.data(), before_.data(), rows, stride_, block);
   std::array<std::uint8_t, kGroup> group;
   std::array<char, 2 * kBlockRows> column;  // packed: codes of four groups a byte, then the groups
-  for (std::size_t k = 0; k < stride_; ++k) {
-    std::fill(column.begin(), column.begin() + kBlockRows / kGroup / 4, '\0');
-    char* to = column.data() + (groups + 3) / 4;
-    for (std::size_t g = 0; g < groups; ++g) {
-      if (block.of_groups[g * stride_ + k] == 0) continue;
-      for (std::size_t i = 0; i < kGroup; ++i) group[i] = block.differences[(g * kGroup + i) * stride_ + k];
-      const auto [end, code] = writeShortest(group, to);
-      to = end;
-      column[g / 4] = static_cast<char>(static_cast<unsigned char>(column[g / 4]) | code << (2 * (g % 4)));
+  for (std::size_t row = 0; row < count; row += block_rows) {
+    const std::size_t in_block = std::min(block_rows, count - row), groups = (in_block + kGroup - 1) / kGroup;
+    takeBlock(bytes + row * stride, before, in_block, stride, block);
+    for (std::size_t k = 0; k < stride; ++k) {
+      std::fill(column.begin(), column.begin() + kBlockRows / kGroup / 4, '\0');
+      char* to = column.data() + (groups + 3) / 4;
+      for (std::size_t g = 0; g < groups; ++g) {
+        if (block.of_groups[g * stride + k] == 0) continue;
+        for (std::size_t i = 0; i < kGroup; ++i) group[i] = block.differences[(g * kGroup + i) * stride + k];
+        const auto [end, code] = writeShortest(group, to);
+        to = end;
+        column[g / 4] = static_cast<char>(static_cast<unsigned char>(column[g / 4]) | code << (2 * (g % 4)));
+      }
+      packed.append(column.data(), to);
     }
-    packed_.append(column.data(), to);
+    before = bytes + (row + in_block - 1) * stride;
   }
-  before_.assign(waiting_.end() - static_cast<std::ptrdiff_t>(stride_), waiting_.end());
-  waiting_.clear();
-}
-
-std::string VertexPacker::packed() && {
-  if (!waiting_.empty()) closeBlock();
-  packed_.append(stride_ < kLeastTail ? kLeastTail - stride_ : 0, '\0');
-  packed_.append(first_.begin(), first_.end());
-  return std::move(packed_);
+  packed.append(stride < kLeastTail ? kLeastTail - stride : 0, '\0');
+  packed.append(first.begin(), first.end());
+  return packed;
 }
 
 }  // namespace mouthpiece
