@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 #include "base/index.h"
 #include "exports/gltf/glb_model.h"
-#include "exports/gltf/vertex_packing.h"
 
 namespace mouthpiece {
 namespace {
@@ -25,6 +25,14 @@ constexpr double kTurnStep = 2;
 constexpr std::size_t kLongestRow = 256;
 /// Rows of whole vec3 in 8 and 16 bits, each filled up to four.
 constexpr std::size_t kNarrowRow = 4, kWideRow = 8;
+
+std::string packedVertices(const void* rows, std::size_t count, std::size_t stride) {
+  // Not a string that is shortened: the bound is ten times what is needed, and a string would write to all of it.
+  const std::size_t most = meshopt_encodeVertexBufferBound(count, stride);
+  const std::unique_ptr<unsigned char[]> packed(new unsigned char[most]);
+  const std::size_t size = meshopt_encodeVertexBuffer(packed.get(), most, rows, count, stride);
+  return {reinterpret_cast<const char*>(packed.get()), size};
+}
 
 /// `count` rows of four, zero but for those of `values` (three each) at `indices`; without indices all in turn.
 template <typename Number>
