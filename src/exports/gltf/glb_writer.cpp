@@ -47,13 +47,13 @@ PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part, bool as_used
   const auto last = first + signedIndex(part.triangle_count);
   std::vector<std::uint32_t> renumbered(unsignedIndex(mesh.vertices.rows()), kUnused);
   for (auto triangle = first; triangle != last; ++triangle) {
-    for (const std::uint32_t vertex : *triangle) {
-      if (renumbered[vertex] == kUnused) result.vertices.push_back(vertex);
-      renumbered[vertex] = 0;
-    }
+    for (const std::uint32_t vertex : *triangle) renumbered[vertex] = 0;
   }
-  std::sort(result.vertices.begin(), result.vertices.end());
-  for (std::uint32_t i = 0; i < result.vertices.size(); ++i) renumbered[result.vertices[i]] = i;
+  for (std::uint32_t vertex = 0; vertex < renumbered.size(); ++vertex) {
+    if (renumbered[vertex] == kUnused) continue;
+    renumbered[vertex] = static_cast<std::uint32_t>(result.vertices.size());
+    result.vertices.push_back(vertex);
+  }
   result.indices.reserve(3 * part.triangle_count);
   for (auto triangle = first; triangle != last; ++triangle) {
     for (const std::uint32_t vertex : *triangle) result.indices.push_back(renumbered[vertex]);
