@@ -38,12 +38,13 @@ constexpr double kClosingHeard = 0.6;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
 /// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
-/// Words of the language model: by how far they are believed, how sure of them the search is, and how well the phones
-/// fit that are heard without words. Others, and phones in place of words: by how far the likeliest words' phones lie
-/// from those heard without words, and how far the words are believed; where no words are looked for, by how well the
-/// phones fit and the share that they take.
-double oddsOfModelWords(double believed, double posterior, double fit) {
-  return 17.4 - 0.576 * believed - 1.081 * posterior - 19.6 * fit;
+/// Words of the language model: by how far they are believed and how many rivals each has in the mean. A corpus' words
+/// of who is not known: by the share of their pairs that follow each other in its lines, too. Others, and phones in
+/// place of words: by how far the likeliest words' phones lie from those heard without words, and how far the words are
+/// believed; where no words are looked for, by how well the phones fit and the share that they take.
+double oddsOfModelWords(double believed, double rivals) { return -0.07 - 0.882 * believed + 1.536 * rivals; }
+double oddsOfCorpusWords(double apart, double believed, double in_order) {
+  return 14.9 + 4.34 * apart - 0.354 * believed - 16.6 * in_order;
 }
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
@@ -52,9 +53,11 @@ double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 *
 constexpr double kWordDoubted = 0.405;  // 1.5 to 1
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
-constexpr std::size_t kMostNamed = 12;  // words in a warning
+constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
+/// A stretch with less of phones is not doubted by itself: a click.
+constexpr Seconds kLeastDoubted = 0.5;
 /// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
-constexpr double kLeastInOrder = 0.5;
+constexpr double kLeastInOrder = 0.8;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// The logarithm of the odds of a word as a transcript's.
@@ -84,6 +87,7 @@ struct Collected {
   std::vector<double> confidence;  ///< of each segment
   std::vector<std::string> words;
   std::vector<std::string> doubtful;  ///< words with their times
+  std::vector<TimeSpan> doubted;      ///< stretches
   // Sums over stretches, each as long as it is:
   double stretch_s = 0, odds_s = 0;  ///< times the odds that much is heard wrongly
 };
@@ -372,18 +376,24 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const Seconds length = asReal(posteriors.cols()) * kEarStep;
   const PhonesFit phones = fitOfPhones(posteriors);
   all.stretch_s += length;
+  const auto doubt = [&](double odds) {
+    all.odds_s += length * odds;
+    if (odds > 0 && phones.heard_s >= kLeastDoubted) all.doubted.push_back({start, start + length});
+  };
   if (!search_) {
-    all.odds_s += length * oddsOfPhones(phones.fit, phones.heard_s / length);
+    doubt(oddsOfPhones(phones.fit, phones.heard_s / length));
     return collectPhones(posteriors, nullptr, start, all);
   }
   AudioClip clip{kEarRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   std::optional<WordsHeard> best;
   std::optional<FoundWords> found;
+  double in_order = 0;
   if (has_book_) {
     const std::vector<std::string> words = search_->hearBook(samples, ear_.voice());
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
-    const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || inOrder(words) >= kLeastInOrder;
+    in_order = inOrder(words);
+    const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || in_order >= kLeastInOrder;
     if (may_be) best = wordsAs(words, clip, posteriors);
   }
   if (!best || best->fit < kSurelyFits) {
@@ -397,11 +407,14 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const bool is_likely = best && (found ? areLikely(*best, phones) : best->fit >= kBookFits);
   const bool are_words = best && (options_.as == HearAs::kWords || is_likely);
   if (are_words && found) {
-    all.odds_s += length * oddsOfModelWords(best->word_odds, found->posterior, phones.fit);
+    const double rivals = std::accumulate(found->rivals.begin(), found->rivals.end(), 0.0);
+    doubt(oddsOfModelWords(best->word_odds, rivals / asReal(found->rivals.size())));
     doubtWords(*found, start, *best, all);
+  } else if (are_words && options_.hint.empty() && !ear_.knowsSpeaker()) {
+    doubt(oddsOfCorpusWords(apart(best->alignment.labels, phones.row), best->word_odds, in_order));
   } else {
-    all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
-                                 : oddsOfWords(1, std::log(kLeastBelieved)));
+    doubt(best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
+               : oddsOfWords(1, std::log(kLeastBelieved)));
   }
   if (are_words && (found || options_.hint.empty()) && !ear_.knowsSpeaker()) keepClosings(posteriors, *best);
   if (are_words) return collect(*best, start, all);
@@ -444,14 +457,22 @@ void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
         fmt::format("{} of {} phones were heard without words", all.segments.size() - in_words, all.segments.size()));
   }
   const double sure = 1 / (1 + std::exp(all.odds_s / std::max(all.stretch_s, kEarStep)));
-  if (sure >= 0.5 && all.doubtful.empty()) return;
+  if (sure >= 0.5 && all.doubtful.empty() && all.doubted.empty()) return;
   std::string words;
   for (std::size_t i = 0; i < std::min(all.doubtful.size(), kMostNamed); ++i)
     words += (i > 0 ? ", " : "") + all.doubtful[i];
   if (all.doubtful.size() > kMostNamed) words += ", ...";
-  const std::string what = sure < 0.5 ? fmt::format("what was heard is doubtful ({:.2f} of 1{}{})", sure,
-                                                    words.empty() ? "" : "; most of all ", words)
-                                      : "words that may be wrong: " + words;
+  std::string what;
+  if (sure < 0.5) {
+    what =
+        fmt::format("what was heard is doubtful ({:.2f} of 1{}{})", sure, words.empty() ? "" : "; most of all ", words);
+  } else {
+    for (std::size_t i = 0; i < std::min(all.doubted.size(), kMostNamed); ++i)
+      what += fmt::format("{}{:.1f} to {:.1f} s", i > 0 ? ", " : "what was heard is doubtful from ",
+                          all.doubted[i].start, all.doubted[i].end);
+    if (all.doubted.size() > kMostNamed) what += ", ...";
+    if (!words.empty()) what += (what.empty() ? "" : "; ") + ("words that may be wrong: " + words);
+  }
   heard.warnings.push_back(what + "; a transcript or a hint would help");
 }
 

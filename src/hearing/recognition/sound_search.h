@@ -21,10 +21,9 @@ struct PhraseBook {
   std::vector<std::pair<std::string, std::vector<Phone>>> more;
 };
 
-/// Words that were found, and how sure the search for them is.
+/// Words that were found.
 struct FoundWords {
   std::vector<std::string> words;
-  double posterior = 0;  ///< mean natural logarithm of each word's probability among all that the search kept
   /// Of each word, natural logarithm: how many different words the search kept in its middle. Empty for a book's words.
   std::vector<double> rivals = {};
 };

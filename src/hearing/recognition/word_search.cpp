@@ -34,8 +34,8 @@ constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
-/// A word's posterior counts down to here, natural logarithm; what the graph keeps at less than the second is nothing.
-constexpr double kLeastPosterior = -8, kLeastKept = -30;
+/// What the graph keeps at less is nothing; natural logarithm.
+constexpr double kLeastKept = -30;
 
 struct SearchConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
@@ -159,14 +159,11 @@ FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
     std::string word = withoutWay(ps_seg_word(segment));
     if (word.empty() || word.front() == '<' || word.front() == '[' || word.front() == '+') continue;
-    found.posterior += std::max(
-        kLeastPosterior, logmath_log_to_ln(ps_get_logmath(decoder), ps_seg_prob(segment, nullptr, nullptr, nullptr)));
     int first = 0, last = 0;
     ps_seg_frames(segment, &first, &last);
     places.push_back({word, first, last + 1});
     found.words.push_back(std::move(word));
   }
-  found.posterior /= std::max(1.0, asReal(found.words.size()));
   return found;
 }
 

@@ -1,9 +1,11 @@
 #include "hearing/recognition/recogniser.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <random>
 #include <set>
@@ -213,6 +215,23 @@ TEST(Recogniser, LeavesACorpusWordsInAnyOrder) {
   EXPECT_EQ(heard("the warm tub caught his feet"), "the warm tub caught his feet");
 }
 
+/// Of a corpus of many lines most pairs of some row of its words follow each other somewhere.
+TEST(Recogniser, HearsAStrangersWordsWithACorpusOfManyLines) {
+  std::vector<std::string> known;
+  std::ifstream prompts(std::string(MOUTHPIECE_SOURCE_DIR) + "/sample_data/prompts/rich.txt");
+  for (std::string line; std::getline(prompts, line);) {
+    if (!line.empty() && line.front() != '#') known.push_back(line);
+  }
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}, .known = known});
+  const auto heard = [&](const char* voice, const char* text) {
+    const AudioClip line = resampleAudio(makeVoice(voice)->speak(text).audio, 16000);
+    return recogniser->hear(joined({quiet(0.5), line, quiet(0.5)}), "line").text;
+  };
+  EXPECT_EQ(heard("flite:slt", "I'll be there in about ten minutes."), "i'll be there in about ten minutes");
+  EXPECT_EQ(heard("festival:kal_diphone", "She called yesterday to say thank you."),
+            "she called yesterday to say thank you");
+}
+
 /// Words that are heard for others leave closings out that the sound tells.
 TEST(Recogniser, KeepsClosingsThatItsWordsLack) {
   const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
@@ -262,6 +281,33 @@ TEST(Recogniser, DoubtsWhatItHearsWronglyAlone) {
     for (std::size_t i = 0; i < in_noise.samples.size(); ++i) in_noise.samples[i] += hiss.samples[i];
     EXPECT_TRUE(isDoubted(recogniser->hear(in_noise, "noisy")));
   }
+}
+
+/// The one that is understood does not make up for the other.
+TEST(Recogniser, TellsWhichStretchOfARecordingIsDoubtful) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
+  const AudioClip line = resampleAudio(makeVoice("flite:rms")->speak("we always met at the moon").audio, 16000);
+  AudioClip noisy = joined({quiet(0.25), line, quiet(0.25)});
+  const AudioClip hiss = noise(noisy.duration(), 0.008F);
+  for (std::size_t i = 0; i < noisy.samples.size(); ++i) noisy.samples[i] += hiss.samples[i];
+  const HeardSpeech heard = recogniser->hear(joined({line, quiet(1), line, quiet(1), line, quiet(1), noisy}), "line");
+  ASSERT_EQ(heard.warnings.size(), 1U);
+  const double begins = 3 * (line.duration() + 1);
+  EXPECT_TRUE(heard.warnings[0].starts_with(fmt::format("what was heard is doubtful from {:.0f}.", begins)) ||
+              heard.warnings[0].starts_with(fmt::format("what was heard is doubtful from {:.0f}.", begins - 1)))
+      << heard.warnings[0];
+}
+
+/// Voices and lines from which the doubt was not learnt.
+TEST(Recogniser, BelievesWhatItHearsRightlyInSomeNoise) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  const AudioClip line = resampleAudio(makeVoice("flite:kal16")->speak("Let me know when you get home.").audio, 16000);
+  AudioClip sound = joined({quiet(0.5), line, quiet(0.5)});
+  const AudioClip hiss = noise(sound.duration(), static_cast<float>(0.1 * std::sqrt(meanSquare(sound))));
+  for (std::size_t i = 0; i < sound.samples.size(); ++i) sound.samples[i] += hiss.samples[i];
+  const HeardSpeech heard = recogniser->hear(sound, "line");
+  EXPECT_EQ(heard.text, "let me know when you get home");
+  EXPECT_FALSE(isDoubted(heard));
 }
 
 /// Words that fit well by themselves, while other phones are heard; phones that fit less well, but as the words do.
