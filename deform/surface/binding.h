@@ -36,6 +36,7 @@ struct FaceBinding {
     std::vector<std::uint32_t> ends;      ///< of each row: one past its last entry
     std::vector<std::uint32_t> from;      ///< an entry's vertex, which is not relaxed itself
     std::vector<float> weights;           ///< and its weight, [0, 1]; those of a row make 1 at most
+    bool operator==(const Relaxed&) const = default;
   } relaxed = {};
   /// By how much further than LipGuard sees the lips shall come together where they close, the mesh's unit: one of each
   /// of its kLipColumns columns across the mouth; below zero they are held apart by as much. Empty: none.
@@ -44,8 +45,11 @@ struct FaceBinding {
   struct Levelled {
     std::vector<std::uint32_t> vertices;  ///< rising
     std::vector<float> ways;              ///< of each
+    bool operator==(const Levelled&) const = default;
   } levelled = {};
   bool meets = false;  ///< whether the lips are brought to meet by their surfaces in every pose (LipMeeting)
+
+  bool operator==(const FaceBinding&) const = default;
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
   [[nodiscard]] SurfacePlace placeOf(std::size_t vertex) const {

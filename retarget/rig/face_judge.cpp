@@ -54,8 +54,7 @@ using Vector3f = Eigen::Vector3f;
 class Judge {
  public:
   Judge(const FaceRig& rig, const FaceFile& face)
-      : rig_(rig),
-        face_(face),
+      : face_(face),
         mm_(1000 * rig.mesh().metres_per_unit),
         welding_(weldSplitTriangles(rig.mesh())),
         mesh_(welding_.isNothing() ? rig.mesh() : welding_.mesh),
@@ -67,8 +66,11 @@ class Judge {
     findMarkers();
   }
 
-  [[nodiscard]] FaceJudgement judge(const JudgedPoses& poses, const ActorPose& actor) const;
+  /// `motion`: of `poses`.
+  [[nodiscard]] FaceJudgement judge(const FaceRig& rig, const FaceMotion& motion, const JudgedPoses& poses) const;
   [[nodiscard]] FaceJudgement judge(const VertexPositions& pose, const JudgedPoses::Row& row) const;
+  /// Adds what is found of the warp.
+  void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
 
  private:
   struct Edge {
@@ -96,18 +98,15 @@ class Judge {
   void findEdges();
   void findTriangles();
   void findMarkers();
-  [[nodiscard]] VertexPositions posed(const FaceMotion& motion, const JudgedPoses& poses, std::size_t row) const;
   void lookAtEdges(const VertexPositions& now, Seen& seen) const;
   void lookAtTriangles(const VertexPositions& now, Seen& seen) const;
   void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
                   std::span<const LipPose> lips, Seen& seen) const;
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const;
-  void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
   [[nodiscard]] FaceJudgement sumUp(std::span<const Seen> seen, std::span<const JudgedPoses::Row> rows) const;
   [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
   [[nodiscard]] std::vector<std::uint32_t> trianglesAt(const std::vector<std::uint32_t>& vertices) const;
 
-  const FaceRig& rig_;
   const FaceFile& face_;
   double mm_;
   Welding welding_;
@@ -228,12 +227,6 @@ void Judge::findMarkers() {
     skin_at_.push_back(foot ? skin[foot->triangle][unsignedIndex(corner)] : 0);
     is_lip_.push_back(lipSideOf(face_.marker_names[i]) != LipSide::kNone);
   }
-}
-
-VertexPositions Judge::posed(const FaceMotion& motion, const JudgedPoses& poses, std::size_t row) const {
-  VertexPositions vertices;
-  rig_.deform(motion.pose(FrameIndex{row}), poses.tongue[row], vertices);
-  return welding_.isNothing() ? vertices : welding_.weldedFromGiven(vertices);
 }
 
 void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
@@ -412,24 +405,31 @@ std::vector<std::uint32_t> Judge::trianglesAt(const std::vector<std::uint32_t>& 
   return found;
 }
 
-FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) const {
+FaceJudgement Judge::judge(const FaceRig& rig, const FaceMotion& motion, const JudgedPoses& poses) const {
   const std::size_t count = poses.rows.size();
-  MOUTHPIECE_EXPECT(count == poses.motion.frameCount() && count == poses.lips.size() && count == poses.tongue.size());
-  const FaceMotion motion = rig_.retarget(poses.motion, &actor, poses.lips);
   std::vector<Seen> seen(count);
-  parallelFor(count, [&](std::size_t row) {
-    const VertexPositions now = posed(motion, poses, row);
+  const auto look = [&](std::size_t row) {
+    VertexPositions now;
+    rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], now);
+    if (!welding_.isNothing()) now = welding_.weldedFromGiven(now);
     Seen& here = seen[row];
     lookAtEdges(now, here);
     lookAtTriangles(now, here);
     lookAtMotion(now, motion, row, here);
-    if (poses.rows[row].follows) lookAtStep(posed(motion, poses, row - 1), now, motion, row, poses.lips, here);
     here.is_measured = poses.rows[row].closed || row % 4 == 0;
     if (here.is_measured) here.contact = meter_.measure(now);
+    return now;
+  };
+  parallelFor(count, [&](std::size_t row) {
+    if (row > 0 && poses.rows[row].follows) return;  // looked at with the one before it
+    VertexPositions before = look(row);
+    while (++row < count && poses.rows[row].follows) {
+      VertexPositions now = look(row);
+      lookAtStep(before, now, motion, row, poses.lips, seen[row]);
+      before = std::move(now);
+    }
   });
-  FaceJudgement found = sumUp(seen, poses.rows);
-  if (count > 0) lookAtWarp(poses, actor, found);
-  return found;
+  return sumUp(seen, poses.rows);
 }
 
 FaceJudgement Judge::judge(const VertexPositions& pose, const JudgedPoses::Row& row) const {
@@ -572,8 +572,36 @@ double limitNamed(std::string_view name) {
   return limit->limit;
 }
 
+struct FaceJudge::Data {
+  Judge judge;
+  FaceMotion motion;
+  const JudgedPoses& poses;
+  FaceJudgement of_warp;
+
+  Data(const FaceRig& rig, const FaceFile& face, const JudgedPoses& of, const ActorPose& actor)
+      : judge(rig, face), motion(rig.retarget(of.motion, &actor, of.lips)), poses(of) {
+    const std::size_t count = of.rows.size();
+    MOUTHPIECE_EXPECT(count == of.motion.frameCount() && count == of.lips.size() && count == of.tongue.size());
+    if (count > 0) judge.lookAtWarp(of, actor, of_warp);
+  }
+};
+
+FaceJudge::FaceJudge(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor)
+    : data_(std::make_unique<const Data>(rig, face, poses, actor)) {}
+FaceJudge::~FaceJudge() = default;
+
+FaceJudgement FaceJudge::judge(const FaceRig& rig) const {
+  FaceJudgement found = data_->judge.judge(rig, data_->motion, data_->poses);
+  const FaceJudgement& warp = data_->of_warp;
+  found.warp_stretch_least = warp.warp_stretch_least;
+  found.warp_points = warp.warp_points;
+  found.warp_folds = warp.warp_folds;
+  found.faults.insert(found.faults.end(), warp.faults.begin(), warp.faults.end());
+  return found;
+}
+
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
-  return Judge(rig, face).judge(poses, actor);
+  return FaceJudge(rig, face, poses, actor).judge(rig);
 }
 
 std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -74,6 +75,21 @@ struct FaceJudgement {
 /// Moves the face as it will be moved and looks at its mesh. Deterministic; threads share the work. `actor`: whose the
 /// poses are.
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
+
+/// Judges a face with one binding after the other: what does not hang on that is looked at once.
+class FaceJudge {
+ public:
+  /// `rig`'s mesh, `face` and `poses` must outlive it.
+  FaceJudge(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
+  ~FaceJudge();
+
+  /// `rig`: of the same face, but for what of its binding mending changes (relaxed, pressed, levelled, meets).
+  [[nodiscard]] FaceJudgement judge(const FaceRig& rig) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
 
 /// What the mesh shows in each of `poses` (vertices of rig.mesh(), whatever moved them; `rows` tell what they are), a
 /// judgement each: edges, triangles and how the lips lie. `closures` is 1 where the row says that the lips touch; its

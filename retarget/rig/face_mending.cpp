@@ -86,6 +86,7 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
+  const FaceJudge judge(FaceRig::of(given, shared_mesh, rig.name()), given, poses, actor);
   // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that still do not
   // meet rightly are brought to it by their surfaces; coarse ones are levelled, and where that brings them into each
   // other levelled harder and held apart.
@@ -96,7 +97,8 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
     bool meets = false;
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
-  std::optional<bool> is_of_lips;  // what relaxing and pressing leave
+  std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
+  std::optional<bool> is_of_lips;                            // what relaxing and pressing leave
   for (const Way& way : {Way{true},
                          {false},
                          {true, {}, false, true},
@@ -128,7 +130,10 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = binding;
       moved = FaceRig::of(tried, shared_mesh, rig.name());
-      const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
+      const auto same = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == binding; });
+      FaceJudgement found = same != known.end() ? same->second : judge.judge(moved);
+      if (same == known.end()) known.emplace_back(binding, found);
+      const FaceJudgement before = std::exchange(last, std::move(found));
       if (mendsMore(last, judged)) {
         face = tried;
         rig = FaceRig::of(face, shared_mesh, rig.name());
