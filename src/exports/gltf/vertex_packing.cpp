@@ -18,8 +18,8 @@ constexpr std::size_t kLeastTail = 32;
 constexpr char kHeader = '\xA0';
 
 /// Differences with small absolute values as small numbers.
-constexpr std::uint8_t zigzag(std::uint8_t difference) {
-  return static_cast<std::uint8_t>((difference << 1U) ^ (difference & 0x80U ? 0xFFU : 0U));
+constexpr std::uint8_t zigzag(unsigned difference) {
+  return static_cast<std::uint8_t>(difference << 1U ^ ((difference & 0x80U) != 0 ? 0xFFU : 0U));
 }
 
 /// Writes the group in kBits bits each, and what does not fit into them whole after that; returns the end.
@@ -65,10 +65,8 @@ struct Block {
 void takeBlock(const std::uint8_t* rows, const std::uint8_t* before, std::size_t count, std::size_t stride,
                Block& block) {
   const std::size_t size = count * stride, groups = (count + kGroup - 1) / kGroup;
-  for (std::size_t i = 0; i < stride; ++i)
-    block.differences[i] = zigzag(static_cast<std::uint8_t>(rows[i] - before[i]));
-  for (std::size_t i = stride; i < size; ++i)
-    block.differences[i] = zigzag(static_cast<std::uint8_t>(rows[i] - rows[i - stride]));
+  for (std::size_t i = 0; i < stride; ++i) block.differences[i] = zigzag(unsigned{rows[i]} - before[i]);
+  for (std::size_t i = stride; i < size; ++i) block.differences[i] = zigzag(unsigned{rows[i]} - rows[i - stride]);
   std::fill(block.differences.begin() + static_cast<std::ptrdiff_t>(size),
             block.differences.begin() + static_cast<std::ptrdiff_t>(groups * kGroup * stride), std::uint8_t{0});
   for (std::size_t g = 0; g < groups; ++g) {
