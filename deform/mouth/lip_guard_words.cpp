@@ -1,6 +1,5 @@
 // What a guard found out about its face, as 32-bit words for the `.face` file (docs/formats/face.md).
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -13,6 +12,8 @@ namespace {
 
 /// Rises with each change of what is found or how: words of another version are not read.
 constexpr std::uint32_t kVersion = 1;
+
+// Eigen's bit_cast: the page engine's standard library has none.
 
 /// Lists of records of words, nets and numbers one after the other, each list after its length.
 class WordWriter {
@@ -30,7 +31,7 @@ class WordWriter {
     words_.push_back(static_cast<std::uint32_t>(net.cols()));
     append(net.data(), unsignedIndex(net.size()));
   }
-  void operator()(float number) const { words_.push_back(std::bit_cast<std::uint32_t>(number)); }
+  void operator()(float number) const { words_.push_back(Eigen::numext::bit_cast<std::uint32_t>(number)); }
   void operator()(bool flag) const { words_.push_back(flag ? 1 : 0); }
 
  private:
@@ -65,7 +66,7 @@ class WordReader {
     net.resize(signedIndex(rows), signedIndex(columns));
     copyTo(net.data(), unsignedIndex(net.size()));
   }
-  void operator()(float& number) const { number = std::bit_cast<float>(next()); }
+  void operator()(float& number) const { number = Eigen::numext::bit_cast<float>(next()); }
   void operator()(bool& flag) const { flag = next() != 0; }
 
  private:

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -136,8 +135,9 @@ class CborReader {
         break;
     }
     if (low == kHalf) return fromHalf(argument);
-    if (low == kFloat) return std::bit_cast<float>(static_cast<std::uint32_t>(argument));
-    if (low == kDouble) return std::bit_cast<double>(argument);
+    // The page engine's standard library has no std::bit_cast.
+    if (low == kFloat) return Eigen::numext::bit_cast<float>(static_cast<std::uint32_t>(argument));
+    if (low == kDouble) return Eigen::numext::bit_cast<double>(argument);
     if (low == kNull) return nullptr;
     if (low != kFalse && low != kTrue) fail();
     return low == kTrue;
