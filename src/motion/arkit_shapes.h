@@ -77,7 +77,7 @@ struct ArkitMarkerMoves {
   std::vector<std::string> markers;
   MarkerPositions neutral_mm;             ///< markers x 3, of that head
   std::vector<MarkerPositions> moves_mm;  ///< 52, markers x 3 each
-  Eigen::MatrixXd rims_parted_mm;         ///< 3 x 52: the lips' rims right of the middle, there and left of it, by height
+  Eigen::MatrixXd rims_parted_mm;  ///< 3 x 52: the lips' rims right of the middle, there and left of it, by height
 };
 const ArkitMarkerMoves& arkitMarkerMoves();
 

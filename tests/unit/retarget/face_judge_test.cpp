@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "support/run_program.h"
 #include "test_face.h"
@@ -157,6 +158,22 @@ TEST_F(FaceJudgeTest, LipsThatArePressedComeCloser) {
   EXPECT_TRUE(meeting.binding.meets);
   EXPECT_LT(judged(meeting, opening()).lips_overlap_mm, judged(read, opening()).lips_overlap_mm)
       << "what presses them too far is moved apart";
+}
+
+TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
+  const JudgedPoses poses = opening();
+  const FaceRig rig = FaceRig::of(file_, mesh_, "default.face");
+  const FaceJudge judge(rig, file_, poses, {test::madeUpActor().neutral_mm, 0});
+  FaceFile pressed = file_;
+  pressed.binding.pressed.assign(kLipColumns, asFloat(0.015 * file_.control.mouth_width));
+  for (const FaceFile* face : {&std::as_const(pressed), &std::as_const(file_), &std::as_const(pressed)}) {
+    const FaceJudgement found = judge.judge(FaceRig::of(*face, mesh_, "default.face")), alone = judged(*face, poses);
+    EXPECT_EQ(found.lips_overlap_mm, alone.lips_overlap_mm);
+    EXPECT_EQ(found.jump_ratio, alone.jump_ratio);
+    EXPECT_EQ(found.warp_stretch_least, alone.warp_stretch_least);
+    EXPECT_EQ(found.torn, alone.torn);
+    EXPECT_EQ(found.faults.size(), face == &file_ ? 0U : 1U);
+  }
 }
 
 TEST_F(FaceJudgeTest, LipsInEachOtherAreHeldApart) {
