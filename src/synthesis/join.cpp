@@ -326,7 +326,8 @@ std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vec
     offset.reach_before = std::clamp(room_before, 0.0, kReach);
     offset.reach_after = std::clamp(room_after, 0.0, kReach);
     stayOffContacts(line, offset);
-    offset.offset_mm = poseAt(fragments[i + 1].fragment, offset.time) - poseAt(fragments[i].fragment, offset.time);
+    const Eigen::RowVectorXd after = poseAt(fragments[i + 1].fragment, offset.time);
+    offset.offset_mm = after - poseAt(fragments[i].fragment, offset.time);
     offset.offset_mm = offset.offset_mm.unaryExpr([](double mm) { return std::isfinite(mm) ? mm : 0.0; });
   }
   return offsets;
