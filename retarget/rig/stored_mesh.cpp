@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,10 @@ std::vector<std::array<float, N>> rowsOf(const JsonField& field, std::size_t cou
 using Look = std::array<float, 5>;
 
 }  // namespace
+
+nlohmann::json blobOf(const RawNumbers& numbers) {
+  return nlohmann::json::binary({numbers.bytes.begin(), numbers.bytes.end()});
+}
 
 nlohmann::json meshToJson(const FaceMesh& mesh, bool looks) {
   nlohmann::json parts = nlohmann::json::array();

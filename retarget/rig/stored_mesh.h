@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 
 #include "base/index.h"
 #include "base/json_fields.h"
@@ -11,11 +12,15 @@ namespace mouthpiece {
 
 struct FaceMesh;
 
-/// A vector's or matrix' numbers as they lie in memory: CBOR bytes, as JsonField::blob() reads them.
-nlohmann::json blobOf(const auto& values) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  return nlohmann::json::binary({bytes, bytes + unsignedIndex(values.size()) * sizeof(*values.data())});
-}
+/// A vector's or matrix' numbers as they lie in memory.
+struct RawNumbers {
+  RawNumbers(const auto& values)  // NOLINT(google-explicit-constructor)
+      : bytes(reinterpret_cast<const std::uint8_t*>(values.data()),
+              unsignedIndex(values.size()) * sizeof(*values.data())) {}
+  std::span<const std::uint8_t> bytes;
+};
+/// CBOR bytes, as JsonField::blob() reads them.
+nlohmann::json blobOf(const RawNumbers& numbers);
 
 /// What of a mesh moves: its vertices, triangles, the kinds of its parts, its unit; with `looks` all of it.
 nlohmann::json meshToJson(const FaceMesh& mesh, bool looks);

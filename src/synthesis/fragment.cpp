@@ -63,9 +63,8 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
 }
 
 /// The seconds of the take that this fragment may show.
-TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>& phones, std::size_t first,
-                      std::size_t last) {
-  TimeSpan usable{0, (asReal(motion.frameCount()) - 1) / motion.frame_rate_hz};
+TimeSpan usableSource(Seconds captured, const std::vector<LabelledPhone>& phones, std::size_t first, std::size_t last) {
+  TimeSpan usable{0, captured};
   if (isSilent(phones[first]) && first > 0) {
     usable.start = phones[first].span.end - kOwnPartOfPause * phones[first].span.duration();
   }
@@ -100,13 +99,13 @@ Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const Uni
       source_first_(source.phone),
       warp_(warpOf(line, target, take_->labels, source.phone, prediction != nullptr, stretch_silences)),
       prediction_(std::move(prediction)) {
-  const std::shared_ptr<const MotionClip> motion = this->motion();
-  rate_hz_ = motion->frame_rate_hz;
+  rate_hz_ = take_->motion.frame_rate_hz;
+  const Seconds captured = (asReal(database.frameCount(take_index_)) - 1) / rate_hz_;
   const std::size_t last = source.phone.value + target.last.value - target.first.value;
-  TimeSpan usable = usableSource(*motion, take_->labels.phones, source.phone.value, last);
+  TimeSpan usable = usableSource(captured, take_->labels.phones, source.phone.value, last);
   if (stretch_silences) {
     usable.start = std::min(usable.start, take_->labels.phones[source.phone.value].span.start);
-    usable.end = std::max(usable.start, (asReal(motion->frameCount()) - 1) / rate_hz_);
+    usable.end = std::max(usable.start, captured);
   }
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
 }

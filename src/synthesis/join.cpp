@@ -315,9 +315,10 @@ Eigen::RowVectorXd JoinOffset::shiftOfAfter(Seconds at) const {
 
 std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vector<UnitFragment>& fragments,
                                         const std::vector<JoinSpans>& joins) {
-  std::vector<JoinOffset> offsets;
-  for (std::size_t i = 0; i < joins.size(); ++i) {
-    JoinOffset offset;
+  std::vector<JoinOffset> offsets(joins.size());
+  // Backwards: the takes that were looked at last when the joins were placed are still in memory, and then the first.
+  for (std::size_t i = joins.size(); i-- > 0;) {
+    JoinOffset& offset = offsets[i];
     offset.time = joins[i].lips.middle();
     // A fragment that is joined at both ends keeps room for both.
     const Seconds room_before = i > 0 ? offset.time - joins[i - 1].lips.middle() : kReach;
@@ -325,9 +326,9 @@ std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vec
     offset.reach_before = std::clamp(room_before, 0.0, kReach);
     offset.reach_after = std::clamp(room_after, 0.0, kReach);
     stayOffContacts(line, offset);
-    offset.offset_mm = poseAt(fragments[i + 1].fragment, offset.time) - poseAt(fragments[i].fragment, offset.time);
+    const Eigen::RowVectorXd after = poseAt(fragments[i + 1].fragment, offset.time);
+    offset.offset_mm = after - poseAt(fragments[i].fragment, offset.time);
     offset.offset_mm = offset.offset_mm.unaryExpr([](double mm) { return std::isfinite(mm) ? mm : 0.0; });
-    offsets.push_back(std::move(offset));
   }
   return offsets;
 }

@@ -35,6 +35,8 @@ class UnitDatabase {
   /// are kept, 32 MB of them: a line compares many takes of a large corpus and plays a few. Throws InputError when it
   /// is damaged.
   [[nodiscard]] std::shared_ptr<const MotionClip> motionOf(TakeIndex take) const;
+  /// Its frames, for which it need not be loaded.
+  [[nodiscard]] std::size_t frameCount(TakeIndex take) const { return unseenBefore(take).size() - 1; }
   [[nodiscard]] const LabelledPhone& phoneAt(const PhonePlace& place) const {
     return takeOf(place).labels.phones[place.phone.value];
   }

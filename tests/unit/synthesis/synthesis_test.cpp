@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "support/tiny_corpus.h"
+#include "synthesis/fragment.h"
 #include "synthesis/join.h"
 
 namespace mouthpiece {
@@ -96,6 +97,53 @@ TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
   for (CorpusTake& take : on_demand.takes) take.motion.positions_mm.resize(0, 0);
   const SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42));
   EXPECT_EQ(synthesise(request, on_demand).motion.positions_mm, synthesise(request, corpus).motion.positions_mm);
+}
+
+/// A take's motion is loaded for its poses alone, and joins look at the takes so that of those in memory few are loaded
+/// again: here one take fits beside another's.
+TEST(Synthesis, ALineLoadsATakeFewTimes) {
+  class Counting : public MotionSource {
+   public:
+    explicit Counting(const Corpus& corpus) : corpus_(corpus) {}
+    [[nodiscard]] MotionClip load(TakeIndex take) const override {
+      ++loads;
+      return corpus_.takes[take.value].motion;
+    }
+    [[nodiscard]] std::optional<std::vector<bool>> loadUnseen(TakeIndex take) const override {
+      return std::vector<bool>(corpus_.takes[take.value].motion.frameCount(), false);
+    }
+    [[nodiscard]] AudioClip loadAudio(TakeIndex /*take*/) const override { return {}; }
+    mutable int loads = 0;
+
+   private:
+    Corpus corpus_;
+  };
+  Corpus corpus = tinyCorpus();
+  const SpeechLabels line = corpus.takes[0].labels;
+  const Eigen::Index large = 2'500'000 / corpus.takes[0].motion.positions_mm.cols();  // rows of 20 of the 32 MB kept
+  for (CorpusTake& take : corpus.takes)
+    take.motion.positions_mm.conservativeResizeLike(PositionMatrix::Zero(large, take.motion.positions_mm.cols()));
+  Corpus on_demand = corpus;
+  const auto source = std::make_shared<Counting>(corpus);
+  on_demand.motion_source = source;
+  const UnitDatabase database(on_demand);
+  std::vector<UnitFragment> fragments;
+  for (std::size_t take = 0; take < 3; ++take) {
+    fragments.push_back(
+        {Fragment(line, {PhoneIndex(take), PhoneIndex(take + 1)}, database, {TakeIndex(take), PhoneIndex(take)}),
+         take});
+  }
+  EXPECT_EQ(source->loads, 0);
+  std::vector<JoinSpans> joins;
+  for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
+    const TimeSpan span = line.phones[i + 1].span;
+    joins.push_back({span, span});
+    (void)fragments[i].fragment.lipsAt(span.middle());
+    (void)fragments[i + 1].fragment.lipsAt(span.middle());
+  }
+  EXPECT_EQ(source->loads, 3);
+  EXPECT_EQ(findJoinOffsets(line, fragments, joins).size(), 2U);
+  EXPECT_EQ(source->loads, 5) << "of four looks at takes the first finds it in memory, and the third";
 }
 
 /// All phones last 100 ms here, so nothing is sped up by warping and a join alone could make a jump.

@@ -603,6 +603,7 @@ TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
       const PhonePlace place{TakeIndex(0), PhoneIndex(first)};
       EXPECT_EQ(database.isSeen(place, 1), in_memory.isSeen(place, 1)) << first;
     }
+    EXPECT_EQ(database.frameCount(TakeIndex(0)), corpus.takes[0].motion.frameCount());
     EXPECT_EQ(source->loads, tells ? 0 : 1);
   }
 }
