@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -40,12 +39,13 @@ constexpr double kClosingHeard = 0.6;
 constexpr double kWordWeight = 0.8;
 /// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
 /// Words of the language model: by how far they are believed and how many rivals each has in the mean. A corpus' words
-/// of who is not known: by how far their phones lie from those heard without words, and by the share of them that
-/// follow each other in its lines. Others, and phones in place of words: by how far the likeliest words' phones lie
-/// from those heard without words, and how far the words are believed; where no words are looked for, by how well the
-/// phones fit and the share that they take.
+/// of who is not known: by the share of their pairs that follow each other in its lines, too. Others, and phones in
+/// place of words: by how far the likeliest words' phones lie from those heard without words, and how far the words are
+/// believed; where no words are looked for, by how well the phones fit and the share that they take.
 double oddsOfModelWords(double believed, double rivals) { return -0.07 - 0.882 * believed + 1.536 * rivals; }
-double oddsOfCorpusWords(double apart, double in_order) { return 6.81 + 4.01 * apart - 9.48 * in_order; }
+double oddsOfCorpusWords(double apart, double believed, double in_order) {
+  return 14.9 + 4.34 * apart - 0.354 * believed - 16.6 * in_order;
+}
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
 /// Of a word of the language model, the logarithm of the odds that it is wrong, and from where on it is told.
@@ -56,8 +56,8 @@ constexpr double kLeastBelieved = 1e-4;
 constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
 /// A stretch with less of phones is not doubted by itself: a click.
 constexpr Seconds kLeastDoubted = 0.5;
-/// Words of whose triples a smaller share follow each other in a corpus' lines are none of its lines.
-constexpr double kLeastInOrder = 0.65;
+/// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
+constexpr double kLeastInOrder = 0.8;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// The logarithm of the odds of a word as a transcript's.
@@ -114,7 +114,7 @@ class SoundRecogniser : public Recogniser {
  private:
   void readBook();
   void addLine(PhraseBook& book, std::string_view line) const;
-  /// The share of words that follow the two before them in the book's lines, too; where a line begins these are "".
+  /// The share of the pairs of words that follow each other in the book's lines, too; where a line begins is one.
   [[nodiscard]] double inOrder(const std::vector<std::string>& words) const;
   std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
                                     const Eigen::MatrixXf& posteriors);
@@ -139,8 +139,7 @@ class SoundRecogniser : public Recogniser {
   std::optional<WordSearch> search_;
   std::optional<ForcedAligner> aligner_;
   bool has_book_ = false;
-  using Triple = std::array<std::string, 3>;
-  std::set<Triple> follows_;  ///< words that follow each other in the book's lines
+  std::set<std::pair<std::string, std::string>> follows_;  ///< words that follow each other in the book's lines
 };
 
 void SoundRecogniser::addLine(PhraseBook& book, std::string_view line) const {
@@ -168,16 +167,16 @@ void SoundRecogniser::readBook() {
   }
   has_book_ = !book.lines.empty();
   for (const std::vector<std::string>& line : book.lines) {
-    Triple last;
-    for (const std::string& word : line) follows_.insert(last = {last[1], last[2], word});
+    std::string before;
+    for (const std::string& word : line) follows_.emplace(std::exchange(before, word), word);
   }
   search_->setBook(book);
 }
 
 double SoundRecogniser::inOrder(const std::vector<std::string>& words) const {
   double known = 0;
-  Triple last;
-  for (const std::string& word : words) known += follows_.contains(last = {last[1], last[2], word}) ? 1 : 0;
+  std::string before;
+  for (const std::string& word : words) known += follows_.contains({std::exchange(before, word), word}) ? 1 : 0;
   return known / std::max(1.0, asReal(words.size()));
 }
 
@@ -412,7 +411,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
     doubt(oddsOfModelWords(best->word_odds, rivals / asReal(found->rivals.size())));
     doubtWords(*found, start, *best, all);
   } else if (are_words && options_.hint.empty() && !ear_.knowsSpeaker()) {
-    doubt(oddsOfCorpusWords(apart(best->alignment.labels, phones.row), in_order));
+    doubt(oddsOfCorpusWords(apart(best->alignment.labels, phones.row), best->word_odds, in_order));
   } else {
     doubt(best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
                : oddsOfWords(1, std::log(kLeastBelieved)));
