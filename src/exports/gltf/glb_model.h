@@ -77,8 +77,6 @@ class GlbModel {
   [[nodiscard]] bool hasData() const { return !binary_.empty(); }
   /// Address space for `bytes` of data, so that a large chunk is not copied as it grows.
   void reserve(std::size_t bytes) { binary_.reserve(bytes); }
-  /// The same of a packed model, for so many vec3.
-  void reserveRows(std::size_t rows);
   /// The file. Takes the data with it.
   [[nodiscard]] std::string toBytes() &&;
 
@@ -105,7 +103,9 @@ class GlbModel {
   std::size_t addPackedWeights(std::span<const float> values, std::size_t a_frame);
   std::size_t addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
                             const char* filter, int target);
+  struct SharedView;
   /// Packs the views that several accessors share.
+  void closeSharedView(std::size_t stride, SharedView& shared);
   void closeSharedViews();
 
   std::string binary_;

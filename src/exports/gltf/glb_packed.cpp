@@ -23,6 +23,8 @@ constexpr double kMostShort = 32'767, kMostByte = 127;
 constexpr double kTurnStep = 2;
 /// meshoptimizer's largest row of a vertex buffer, bytes.
 constexpr std::size_t kLongestRow = 256;
+/// A view that several accessors share is packed when it is this long, so that what waits takes little room.
+constexpr std::size_t kLongestView = 1 << 21;
 /// Rows of whole vec3 in 8 and 16 bits, each filled up to four.
 constexpr std::size_t kNarrowRow = 4, kWideRow = 8;
 
@@ -85,10 +87,6 @@ void GlbModel::pack(const std::array<double, 3>& lowest, const std::array<double
   while (reach > kMostShort * place_unit_) place_unit_ *= 2;  // a head of over a metre
 }
 
-void GlbModel::reserveRows(std::size_t rows) {
-  for (const std::size_t stride : {kNarrowRow, kWideRow}) shared_views_[stride].bytes.reserve(stride * rows);
-}
-
 std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
                                     const char* filter, int target) {
   binary_.append((4 - binary_.size() % 4) % 4, '\0');
@@ -131,7 +129,9 @@ std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, std::sp
   }
   const bool is_narrow = *std::min_element(low.begin(), low.end()) >= -static_cast<std::int32_t>(kMostByte) &&
                          *std::max_element(high.begin(), high.end()) <= static_cast<std::int32_t>(kMostByte);
-  SharedView& shared = shared_views_[is_narrow ? kNarrowRow : kWideRow];
+  const std::size_t stride = is_narrow ? kNarrowRow : kWideRow;
+  SharedView& shared = shared_views_[stride];
+  if (shared.bytes.size() >= kLongestView) closeSharedView(stride, shared);
   const std::size_t accessor = addAccessor(is_narrow ? gltf::kByte : gltf::kShort, GlbType::kVec3, count);
   json& added = root["accessors"][accessor];
   added["byteOffset"] = shared.bytes.size();
@@ -230,14 +230,18 @@ std::size_t GlbModel::addPackedWeights(std::span<const float> values, std::size_
   return accessor;
 }
 
+void GlbModel::closeSharedView(std::size_t stride, SharedView& shared) {
+  if (shared.accessors.empty()) return;
+  const std::size_t count = shared.bytes.size() / stride;
+  const std::size_t view = addPackedView(packedVertices(shared.bytes.data(), count, stride), count, stride,
+                                         "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
+  for (const std::size_t accessor : shared.accessors) root["accessors"][accessor]["bufferView"] = view;
+  shared.bytes.clear();
+  shared.accessors.clear();
+}
+
 void GlbModel::closeSharedViews() {
-  for (const auto& [stride, shared] : shared_views_) {
-    if (shared.accessors.empty()) continue;
-    const std::size_t count = shared.bytes.size() / stride;
-    const std::size_t view = addPackedView(packedVertices(shared.bytes.data(), count, stride), count, stride,
-                                           "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
-    for (const std::size_t accessor : shared.accessors) root["accessors"][accessor]["bufferView"] = view;
-  }
+  for (auto& [stride, shared] : shared_views_) closeSharedView(stride, shared);
   shared_views_.clear();
 }
 

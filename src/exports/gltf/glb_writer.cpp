@@ -234,7 +234,6 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   GlbModel model;
   if (is_small) {
     packPlaces(mesh, shapes, model);
-    model.reserveRows(unsignedIndex(mesh.vertices.rows() * (2 + shapes.shapeCount())));
   } else {
     model.reserve(largestBytes(mesh, shapes, normals));
   }
