@@ -155,6 +155,7 @@ std::string hearingTable(const std::vector<HearingScore>& scores) {
   std::string table = fmt::format("\n{:34} {:>8} {:>8} {:>8} {:>8} {:>12}\n", "heard", "phones", "visemes", "words",
                                   "unheard", "x real time");
   for (const HearingScore& score : scores) {
+    if (score.takes == 0) continue;  // a way that was not asked for
     table +=
         fmt::format("{:34} {:>7.1f}% {:>7.1f}% {:>7.1f}% {:>8} {:>12.3f}\n", score.way, 100 * score.phones.rate(),
                     100 * score.visemes.rate(), 100 * score.words.rate(), score.unheard, score.time_s / score.sound_s);
@@ -172,6 +173,7 @@ std::string hearingJson(const std::vector<HearingScore>& scores) {
             {"rate", errors.rate()}};
   };
   for (const HearingScore& score : scores) {
+    if (score.takes == 0) continue;
     rows.push_back({{"way", score.way},
                     {"takes", score.takes},
                     {"unheard", score.unheard},

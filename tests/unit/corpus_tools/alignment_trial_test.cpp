@@ -82,5 +82,15 @@ TEST(Noises, HaveTheLevelThatWasAskedFor) {
   EXPECT_NEAR(10 * std::log10(power(1700, 2500) / power(3300, 4100)), 60 * 0.1 / 0.4, 2) << "dB in 0.1 s";
 }
 
+TEST(HearingTable, HasNoRowOfAWayThatNobodyAskedFor) {
+  HearingScore asked{"asked for", {}, {}, {}, 1, 0, 2, 1};
+  asked.phones.right = 10;
+  const std::vector<HearingScore> scores{asked, {"not asked for", {}, {}, {}, 0, 0, 0, 0}};
+  for (const std::string& told : {hearingTable(scores), hearingJson(scores)}) {
+    EXPECT_NE(told.find("asked for"), std::string::npos);
+    EXPECT_EQ(told.find("not asked for"), std::string::npos) << told;
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece
