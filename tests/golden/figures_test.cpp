@@ -319,6 +319,8 @@ struct ClosingHead {
   const char* name;
   int touching;
 };
+/// CTest names the test by it.
+void PrintTo(const ClosingHead& head, std::ostream* out) { *out << head.name; }
 
 class RealHeads : public testing::TestWithParam<ClosingHead> {};
 
