@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -24,7 +22,7 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
   using Base = nlohmann::detail::json_sax_dom_parser<json>;
 
  public:
-  /// `text` to count lines in.
+  /// `text` to count lines in; empty for CBOR.
   BoundedTreeBuilder(json& tree, std::string_view text) : Base(tree, false), text_(text) {}
   bool start_object(std::size_t length) { return deeper() && Base::start_object(length); }
   bool start_array(std::size_t length) { return deeper() && Base::start_array(length); }
@@ -42,6 +40,7 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
  private:
   /// Line and column, as an editor counts them.
   [[nodiscard]] std::string placeOf(std::size_t byte) const {
+    if (text_.empty()) return fmt::format("byte {}", byte);
     const std::string_view before = text_.substr(0, std::max<std::size_t>(byte, 1) - 1);
     const std::size_t line_start = before.rfind('\n') + 1;  // 0 when there is none
     return fmt::format("{}:{}", 1 + std::count(before.begin(), before.end(), '\n'), 1 + before.size() - line_start);
@@ -55,96 +54,6 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
 
   std::string_view text_;
   int depth_ = 0;
-};
-
-/// RFC 8949, appendix D: infinities and what is no number are written in half precision.
-double fromHalf(std::uint64_t bits) {
-  const auto exponent = static_cast<int>(bits >> 10U & 0x1FU), mantissa = static_cast<int>(bits & 0x3FFU);
-  const double value = exponent == 0    ? std::ldexp(mantissa, -24)
-                       : exponent != 31 ? std::ldexp(mantissa + 1024, exponent - 25)
-                       : mantissa == 0  ? std::numeric_limits<double>::infinity()
-                                        : std::numeric_limits<double>::quiet_NaN();
-  return (bits & 0x8000U) != 0 ? -value : value;
-}
-
-/// What CBOR (RFC 8949) of our own writing holds, its byte strings copied whole: they are most of a file.
-class CborReader {
- public:
-  CborReader(std::string_view bytes, std::string_view file, std::string_view expected)
-      : bytes_(bytes), file_(file), expected_(expected) {}
-
-  json document() {
-    json tree = value(0);
-    if (at_ != bytes_.size()) fail();
-    return tree;
-  }
-
- private:
-  [[noreturn]] void fail(std::string_view fault = "is no valid CBOR") const {
-    throw InputError(file_, fmt::format("byte {}", at_), fmt::format("{}; expected {}", fault, expected_));
-  }
-  std::string_view take(std::uint64_t count) {
-    if (count > bytes_.size() - at_) fail();
-    const std::string_view taken = bytes_.substr(at_, count);
-    at_ += count;
-    return taken;
-  }
-  /// `size` bytes, the first one the highest.
-  std::uint64_t number(std::size_t size) {
-    std::uint64_t number = 0;
-    for (const char byte : take(size)) number = number << 8U | static_cast<unsigned char>(byte);
-    return number;
-  }
-
-  json value(int depth) {
-    enum Major : unsigned { kWhole, kNegative, kBytes, kText, kList, kObject, kTag, kOther };
-    enum Other : unsigned { kFalse = 20, kTrue = 21, kNull = 22, kHalf = 25, kFloat = 26, kDouble = 27 };
-    if (depth > kMaxDepth) fail(fmt::format("is nested deeper than {} levels", kMaxDepth));
-    const std::uint64_t head = number(1);
-    const auto major = static_cast<Major>(head >> 5U);
-    const auto low = static_cast<unsigned>(head & 31U);
-    if (major == kTag || low > 27) fail();
-    const std::uint64_t argument = low < 24 ? low : number(std::size_t{1} << (low - 24U));
-    switch (major) {
-      case kWhole:
-        return argument;
-      case kNegative:
-        if (argument > std::numeric_limits<std::int64_t>::max()) fail();
-        return -1 - static_cast<std::int64_t>(argument);
-      case kBytes: {
-        const std::string_view taken = take(argument);
-        return json::binary({taken.begin(), taken.end()});
-      }
-      case kText:
-        return std::string(take(argument));
-      case kList: {
-        json list = json::array();
-        for (std::uint64_t i = 0; i < argument; ++i) list.push_back(value(depth + 1));
-        return list;
-      }
-      case kObject: {
-        json object = json::object();
-        for (std::uint64_t i = 0; i < argument; ++i) {
-          const json key = value(depth + 1);
-          if (!key.is_string()) fail();
-          object[key.get_ref<const std::string&>()] = value(depth + 1);
-        }
-        return object;
-      }
-      default:
-        break;
-    }
-    if (low == kHalf) return fromHalf(argument);
-    // The page engine's standard library has no std::bit_cast.
-    if (low == kFloat) return Eigen::numext::bit_cast<float>(static_cast<std::uint32_t>(argument));
-    if (low == kDouble) return Eigen::numext::bit_cast<double>(argument);
-    if (low == kNull) return nullptr;
-    if (low != kFalse && low != kTrue) fail();
-    return low == kTrue;
-  }
-
-  std::string_view bytes_, file_, expected_;
-  std::size_t at_ = 0;
 };
 
 /// A JSON value as a message shows it.
@@ -296,19 +205,36 @@ std::string JsonField::path() const {
   return path;
 }
 
+namespace {
+
+json treeOf(std::string_view bytes, std::string_view file, std::string_view expected, bool is_cbor) {
+  json tree;
+  BoundedTreeBuilder builder(tree, is_cbor ? std::string_view() : bytes);
+  if (is_cbor) builder.fault = "is no valid CBOR";
+  bool is_read = false;
+  try {
+    is_read = json::sax_parse(bytes.begin(), bytes.end(), &builder,
+                              is_cbor ? json::input_format_t::cbor : json::input_format_t::json);
+  } catch (const json::exception&) {  // a length that no memory holds
+  }
+  if (!is_read || builder.is_errored())
+    throw InputError(file, builder.place, fmt::format("{}; expected {}", builder.fault, expected));
+  return tree;
+}
+
+}  // namespace
+
 JsonField parseJson(std::string_view text, std::string_view file, std::string_view expected) {
   const auto document = std::make_shared<JsonField::Document>();
   document->file = file;
-  BoundedTreeBuilder builder(document->root, text);
-  if (!json::sax_parse(text.begin(), text.end(), &builder) || builder.is_errored())
-    throw InputError(file, builder.place, fmt::format("{}; expected {}", builder.fault, expected));
+  document->root = treeOf(text, file, expected, false);
   return {document, document->root};
 }
 
 JsonField parseCbor(std::string_view bytes, std::string_view file, std::string_view expected) {
   const auto document = std::make_shared<JsonField::Document>();
-  document->root = CborReader(bytes, file, expected).document();
   document->file = file;
+  document->root = treeOf(bytes, file, expected, true);
   return {document, document->root};
 }
 

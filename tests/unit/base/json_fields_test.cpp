@@ -1,6 +1,5 @@
 #include "base/json_fields.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,7 +8,6 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
-#include "base/json_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -83,42 +81,6 @@ TEST(JsonFields, RefusesWhatIsNoDocument) {
   EXPECT_NE(complaint([] { (void)parseJson("", "x.json", "a song"); }), "");
   EXPECT_NE(complaint([] { (void)parseCbor("\xFF", "x.face", "a face"); }), "");
   EXPECT_NE(complaint([] { (void)parseCbor("\x9B\x7F\xFF\xFF\xFF\xFF\xFF\xFF\xFF", "x.face", "a face"); }), "");
-}
-
-TEST(JsonFields, ReadsCborAsItWasWritten) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const int shift : {0, 4, 5, 7, 8, 15, 16, 31, 32, 62}) {
-    list.push_back(std::int64_t{1} << shift);
-    list.push_back(-(std::int64_t{1} << shift));
-  }
-  const nlohmann::json tree{{"list", list},     {"text", std::string(300, 'a')},
-                            {"none", nullptr},  {"yes", true},
-                            {"no", false},      {"half", 0.5},
-                            {"third", 1 / 3.0}, {"empty", nlohmann::json::object()}};
-  const JsonField root = parseCbor(cborBytes(tree), "x.face", "a face");
-  const std::vector<JsonField> numbers = root["list"].list();
-  ASSERT_EQ(numbers.size(), list.size());
-  for (std::size_t i = 0; i < list.size(); ++i) EXPECT_EQ(numbers[i].whole(INT64_MIN, INT64_MAX), list[i]);
-  EXPECT_EQ(root["text"].text(), std::string(300, 'a'));
-  EXPECT_TRUE(root["none"].isNull());
-  EXPECT_TRUE(root["yes"].flag());
-  EXPECT_FALSE(root["no"].flag());
-  EXPECT_EQ(root["half"].number(), 0.5);
-  EXPECT_EQ(root["third"].number(), 1 / 3.0);
-  EXPECT_EQ(root["empty"].size(), 0U);
-  const std::string in_half("\x85\xF9\x3C\x00\xF9\x00\x01\xF9\xC4\x00\xF9\x7C\x00\xF9\xFC\x00", 16);
-  const auto halves = nlohmann::json::from_cbor(in_half);
-  const std::vector<JsonField> read = parseCbor(in_half, "x.face", "a face").list();
-  ASSERT_EQ(read.size(), 5U);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(read[i].number(), halves[i]);
-  for (std::size_t i = 3; i < 5; ++i) EXPECT_NE(complaint([&] { (void)read[i].number(); }), "");
-  const std::string bytes = cborBytes(tree);
-  for (std::size_t size = 0; size < bytes.size(); ++size)
-    EXPECT_NE(complaint([&] { (void)parseCbor(std::string_view(bytes).substr(0, size), "x.face", "a face"); }), "");
-  EXPECT_EQ(complaint([&] { (void)parseCbor(bytes + "x", "x.face", "a face"); }),
-            fmt::format("x.face:byte {}: is no valid CBOR; expected a face", bytes.size()));
-  EXPECT_EQ(complaint([] { (void)parseCbor(std::string(100, '\x81'), "x.face", "a face"); }),
-            "x.face:byte 33: is nested deeper than 32 levels; expected a face");
 }
 
 TEST(JsonFields, ReadsBlobsOfCbor) {
