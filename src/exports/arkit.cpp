@@ -1,5 +1,7 @@
 #include "exports/arkit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <concepts>
@@ -228,6 +230,13 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   if (std::none_of(shapes.names.begin(), shapes.names.end(),
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
     throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
+  }
+  // A face keeps its mesh: what its file says need not be what the head's has.
+  for (const VertexPositions& moves : shapes.moves) {
+    if (moves.rows() != mesh.vertices.rows())
+      throw InputError(
+          fmt::format("found shapes of {} vertices; expected {}, as many as the fitted mesh has: fit the head again",
+                      moves.rows(), mesh.vertices.rows()));
   }
   const std::vector<bool> is_bare = bareSkin(mesh);
   const std::vector<DrivenShape> driven = drivenShapes(shapes, is_bare);

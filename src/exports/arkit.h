@@ -59,7 +59,7 @@ RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::Matr
 
 /// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
 /// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
-/// when no shape has an ARKit name.
+/// when no shape has an ARKit name, and for shapes of another mesh.
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
 

@@ -160,6 +160,13 @@ TEST(Arkit, RefusesAHeadWithoutSuchShapes) {
   EXPECT_THROW((void)fitArkit(animationOf(head, Eigen::MatrixXf::Zero(3, 2)), head.mesh, head.shapes), InputError);
 }
 
+TEST(Arkit, ShapesOfAnotherMeshAreRefused) {
+  Head head = headWith({"jawOpen", "mouthSmile_L", "mouthSmile_R"});
+  const FaceAnimation animation = animationOf(head, Eigen::MatrixXf::Zero(3, 2));
+  for (VertexPositions& moves : head.shapes.moves) moves.conservativeResize(moves.rows() + 1000, 3);
+  EXPECT_THROW((void)fitArkit(animation, head.mesh, head.shapes), InputError);
+}
+
 TEST(Arkit, CsvHasALineAFrameAndLiveLinksColumns) {
   ArkitCurves curves{.frame_rate_hz = 60, .weights = RowMajorMatrixF::Constant(121, 52, 0.25F), .has_shape = {}};
   const std::string csv = liveLinkCsv(curves);
