@@ -68,6 +68,10 @@ int runFit(const FitArguments& given) {
                               given.mouth_parts.string()),
                   given.quiet);
     }
+  } else if (trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue}).empty()) {
+    printNotice(fmt::format("{}: has no teeth and no tongue; --mouth-parts FILE.obj writes it with the default head's",
+                            given.mesh.string()),
+                given.quiet);
   }
   FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
   FaceReport report = reportOn(face, rig, &corpus);

@@ -102,9 +102,22 @@ TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
   }
   const fs::path clicks = folder_.path() / "bare.anchors.json";
   writeFileAtomically(clicks, anchors.dump());
-  const ProgramResult fit = runProgram(
-      "retarget", {"fit", "--mesh", head.string(), "--anchors", clicks.string(), "--corpus", corpus_.string(), "--out",
-                   (folder_.path() / "bare.face").string(), "--mouth-parts", mouth.string(), "--even-if-faulty"});
+  const std::vector<std::string> asked{"fit",
+                                       "--mesh",
+                                       head.string(),
+                                       "--anchors",
+                                       clicks.string(),
+                                       "--corpus",
+                                       corpus_.string(),
+                                       "--out",
+                                       (folder_.path() / "bare.face").string(),
+                                       "--even-if-faulty"};
+  const ProgramResult empty = runProgram("retarget", asked);
+  EXPECT_NE(empty.err.find("has no teeth and no tongue; --mouth-parts FILE.obj"), std::string::npos) << empty.err;
+  std::vector<std::string> with_mouth = asked;
+  with_mouth.insert(with_mouth.end(), {"--mouth-parts", mouth.string()});
+  const ProgramResult fit = runProgram("retarget", with_mouth);
+  EXPECT_EQ(fit.err.find("has no teeth"), std::string::npos) << fit.err;
   ASSERT_TRUE(fs::exists(mouth)) << fit.err;
   const FaceMesh made = readFaceMesh(mouth);
   EXPECT_EQ(made.vertices.topRows(bare.vertices.rows()), bare.vertices);
