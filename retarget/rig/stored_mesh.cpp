@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
@@ -33,10 +34,6 @@ std::vector<std::array<float, N>> rowsOf(const JsonField& field, std::size_t cou
 using Look = std::array<float, 5>;
 
 }  // namespace
-
-nlohmann::json blobOf(const RawNumbers& numbers) {
-  return nlohmann::json::binary({numbers.bytes.begin(), numbers.bytes.end()});
-}
 
 nlohmann::json meshToJson(const FaceMesh& mesh, bool looks) {
   nlohmann::json parts = nlohmann::json::array();

@@ -79,7 +79,7 @@ class ByteWriter {
   void write(Unsigned value) {
     for (std::size_t i = 0; i < sizeof(Unsigned); ++i) {
       const std::size_t byte = order_ == ByteOrder::kLittle ? i : sizeof(Unsigned) - 1 - i;
-      bytes_.push_back(static_cast<char>(value >> (8 * byte) & 0xFFU));
+      bytes_.push_back(static_cast<char>(std::uint64_t{value} >> (8 * byte)));
     }
   }
   void patch(std::size_t offset, std::uint16_t value);

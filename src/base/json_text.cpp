@@ -17,6 +17,10 @@ std::string cborBytes(const nlohmann::json& value) {
   return bytes;
 }
 
+nlohmann::json blobOf(const RawNumbers& numbers) {
+  return nlohmann::json::binary({numbers.bytes.begin(), numbers.bytes.end()});
+}
+
 nlohmann::json looseJson(std::string_view text) { return nlohmann::json::parse(text, nullptr, false); }
 nlohmann::ordered_json looseOrderedJson(std::string_view text) {
   return nlohmann::ordered_json::parse(text, nullptr, false);

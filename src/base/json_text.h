@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <string_view>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 
@@ -12,6 +16,16 @@ namespace mouthpiece {
 std::string jsonText(const nlohmann::json& value, int indent = -1);
 std::string jsonText(const nlohmann::ordered_json& value, int indent = -1);
 std::string cborBytes(const nlohmann::json& value);
+
+/// A vector's or matrix' numbers as they lie in memory.
+struct RawNumbers {
+  RawNumbers(const auto& values)  // NOLINT(google-explicit-constructor)
+      : bytes(reinterpret_cast<const std::uint8_t*>(values.data()),
+              unsignedIndex(values.size()) * sizeof(*values.data())) {}
+  std::span<const std::uint8_t> bytes;
+};
+/// CBOR bytes, as JsonField::blob() reads them.
+nlohmann::json blobOf(const RawNumbers& numbers);
 
 /// The value that `text` holds; is_discarded() where that is no JSON.
 nlohmann::json looseJson(std::string_view text);

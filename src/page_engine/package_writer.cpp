@@ -10,6 +10,7 @@
 #include "page_engine/line_package.h"
 #include "page_engine/package_options.h"
 #include "page_engine/packed_mesh.h"
+#include "retarget/rig/stored_mesh.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {

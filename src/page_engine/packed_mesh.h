@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "exports/shapes/principal_shapes.h"
-#include "retarget/rig/stored_mesh.h"
 
 namespace mouthpiece {
 
