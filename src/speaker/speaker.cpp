@@ -4,7 +4,6 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "base/errors.h"
@@ -22,6 +21,7 @@
 #include "singing/song.h"
 #include "singing/sung_line.h"
 #include "speaker/live_setup.h"
+#include "speaker/manner.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 #include "voices/voice.h"
@@ -41,100 +41,6 @@ constexpr std::size_t kMostPhonesKept = 70'000;
 
 /// A longer recording is read again after its words were found, so that it is not held while they are.
 constexpr Seconds kReadTwice = 300;
-
-void expectUsable(const SpeakerOptions& options) {
-  if (options.page_engine) pageEngineFile();
-  const Manner& manner = options.manner;
-  constexpr double kLeastRate = 23.97;  // film on video: 23.976
-  if (!(manner.frame_rate_hz >= kLeastRate && manner.frame_rate_hz <= 240))
-    throw InputError(fmt::format("found {} frames a second; expected 23.976 to 240", manner.frame_rate_hz));
-  if (!(manner.overlap_ms >= 0 && manner.overlap_ms <= 1000))
-    throw InputError(fmt::format("found an overlap of {} ms; expected 0 to 1000", manner.overlap_ms));
-  if (options.rate && options.voice != "corpus")
-    throw InputError(fmt::format("found a speaking rate for the voice {}; expected the voice corpus with it",
-                                 printable(options.voice)));
-  if (options.rate && !(*options.rate >= 0.4 && *options.rate <= 2.5))
-    throw InputError(fmt::format("found a speaking rate of {}; expected 0.4 to 2.5", *options.rate));
-}
-
-StyleSignal signalOf(const StyleParameter& parameter, const DialRow& dial) {
-  if (parameter.automatic) throw InputError(fmt::format("found auto for {}; expected a number or a file", dial.name));
-  if (!parameter.file.empty()) return readStyleSignal(parameter.file, dial.most, dial.least);
-  const double value = parameter.constant.value_or(dial.usual);
-  if (!(value >= dial.least && value <= dial.most))
-    throw InputError(fmt::format("found {} for {}; expected {} to {}", value, dial.name, dial.least, dial.most));
-  return StyleSignal(value);
-}
-
-SpeechDials dialsOf(const Manner& manner) {
-  const std::array given{&manner.strength, &manner.jaw, &manner.lips, &manner.hold, &manner.lead_ms, &manner.smooth_ms};
-  static_assert(given.size() == kSpeechDials.size());
-  SpeechDials dials;
-  for (std::size_t i = 0; i < given.size(); ++i) dials.*kSpeechDials[i].signal = signalOf(*given[i], kSpeechDials[i]);
-  return dials;
-}
-
-ExpressionOptions expressionOf(const Manner& manner) {
-  ExpressionOptions expression;
-  static_assert(static_cast<int>(Manner::UpperFace::kBest) == static_cast<int>(UpperFaceSource::kBest));
-  expression.upper_face = static_cast<UpperFaceSource>(manner.upper_face);
-  expression.gaze = manner.gaze;
-  expression.head = manner.head_motion;
-  if (!manner.mood.empty()) expression.mood = moodOf(manner.mood);
-  expression.seed = manner.seed;
-  return expression;
-}
-
-StyleWish wishOf(const StyleParameter& parameter, std::string_view name, double largest) {
-  if (parameter.constant && !(*parameter.constant >= 0 && *parameter.constant <= largest))
-    throw InputError(fmt::format("found {} for {}; expected 0 to {}", *parameter.constant, name, largest));
-  StyleWish wish;
-  wish.automatic = parameter.automatic;
-  if (parameter.constant) wish.given = StyleSignal(*parameter.constant);
-  if (!parameter.file.empty()) wish.given = readStyleSignal(parameter.file, largest);
-  return wish;
-}
-
-SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
-  const bool as_published = manner.method == Manner::Method::kEdge;
-  SynthesisOptions options = as_published ? edgeAsPublished() : SynthesisOptions();
-  options.frame_rate_hz = manner.frame_rate_hz;
-  options.overlap_ms = manner.overlap_ms;
-  if (!as_published) {
-    options.selection.method =
-        manner.method == Manner::Method::kGreedy ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
-    options.selection.units = manner.units == Manner::Units::kPaper ? UnitScales::kPaper : UnitScales::kAny;
-  }
-  switch (manner.blend) {
-    case Manner::Blend::kSmooth:
-      options.blend = BlendKind::kSmooth;
-      break;
-    case Manner::Blend::kLinear:
-      options.blend = BlendKind::kLinear;
-      break;
-    case Manner::Blend::kCosine:
-      options.blend = BlendKind::kCosine;
-      break;
-    case Manner::Blend::kExponential:
-      options.blend = BlendKind::kExponential;
-      break;
-  }
-  CurveOptions& curves = options.curves;
-  if (manner.style != Manner::Style::kCaptured)
-    curves.alone = manner.style == Manner::Style::kSing ? CurveStyle::kSing : CurveStyle::kSpeech;
-  if (manner.method == Manner::Method::kCurves && !curves.alone) curves.alone = CurveStyle::kSpeech;
-  curves.ma = wishOf(manner.ma, "Ma", 1);
-  curves.ps = wishOf(manner.ps, "Ps", 1);
-  curves.ja = wishOf(manner.ja, "Ja", kLargestArticulation);
-  curves.li = wishOf(manner.li, "Li", kLargestArticulation);
-  options.dials = dialsOf(manner);
-  options.expression = expressionOf(manner);
-  if (!manner.edits.empty()) options.edits = readLineEdits(manner.edits);
-  // The paper has no curves: a pair that was not captured has a stand-in, or is refused.
-  curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal && !as_published;
-  curves.model = &model;
-  return options;
-}
 
 void expectNoBackoff(const UtteranceAnimation& animation, const std::string& corpus) {
   const auto found = std::find_if(animation.units.begin(), animation.units.end(),
@@ -242,6 +148,9 @@ struct Speaker::Data {
   std::vector<GuessedWord> guessesIn(const SpeechLabels& labels);
   /// What of Ma, Ps, Ja and Li was asked for and does nothing in this line; "" where all of it does.
   [[nodiscard]] std::string idleStyle(const UtteranceAnimation& animation) const;
+  /// What people are told of a line besides what its making warned of.
+  [[nodiscard]] std::vector<std::string> remarksOn(const UtteranceAnimation& animation, const Line& line,
+                                                   const SynthesisRequest& request, const SungLine& sound) const;
 };
 
 SpokenLine Speaker::Data::alignRecording(const Line& source) {
@@ -384,6 +293,34 @@ std::string Speaker::Data::idleStyle(const UtteranceAnimation& animation) const 
       idle, idle.size() > 2 ? "" : "s", idle.size() > 2 ? "them" : "it");
 }
 
+std::vector<std::string> Speaker::Data::remarksOn(const UtteranceAnimation& animation, const Line& line,
+                                                  const SynthesisRequest& request, const SungLine& sound) const {
+  std::vector<std::string> remarks;
+  const auto remark = [&](std::string text) {
+    if (!text.empty()) remarks.push_back(std::move(text));
+  };
+  remark(idleStyle(animation));
+  if (!language->is_tuned && line.song.empty())
+    remark(fmt::format("{} is untuned: its times and lips were never measured (languages: {})", language->name,
+                       tunedLanguages()));
+  remark(unknownSymbols(animation.labels));
+  if (!animation.head.empty() && face && isGlb(face->data().meshPath()))
+    remark(
+        "the head's motion is in films and in Live Link's CSV; a head that came as GLB has a skeleton of its own and "
+        "stays as it is there");
+  remark(sound.line.notice);
+  remarks.insert(remarks.end(), sound.warnings.begin(), sound.warnings.end());
+  constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
+  const CurveOptions& curves = request.options.curves;
+  const bool hears_accent = curves.ma.automatic || (animation.style == "sing" && !curves.ma.given);
+  if (hears_accent && !request.tags.consonants.empty() && request.tags.consonant_low_hz < kVocalBandHz)
+    remark(
+        fmt::format("the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} "
+                    "kHz",
+                    request.tags.consonant_low_hz / 1000));
+  return remarks;
+}
+
 void Speaker::Data::giveBackTakes() const {
   UnitDatabase& units = corpus.data().units;
   if (!owns_corpus || (options.keep_motion && units.index().phoneCount() <= kMostPhonesKept)) return;
@@ -442,12 +379,6 @@ Performance Speaker::perform(const Line& given) {
   if (!line.is_sung && line.song.empty()) sound.line.labels = data_->withLikelyWords(sound.line.labels);
   SpeechLabels labels_before = sound.line.labels;
   sound.line.labels = withBorders(std::move(sound.line.labels), edits.borders, doubts);
-  auto made = std::make_shared<Performance::Data>();
-  made->face = data_->face;
-  made->corpus = data_->corpus;
-  made->actor = data_->corpus.data().actor;
-  if (!data_->edits.empty()) made->edits = data_->edits;
-  made->tells_timing = data_->options.timing;
 
   const SynthesisRequest request{sound.line.text,
                                  sound.line.voice,
@@ -456,12 +387,18 @@ Performance Speaker::perform(const Line& given) {
                                  data_->synthesisFor(line),
                                  std::move(sound.line.units),
                                  std::move(sound.tags)};
-  UtteranceAnimation& animation = made->animation;
-  animation.audio = std::move(sound.line.audio);
-  SynthesisedLine synthesised = synthesiseForPieces(request, data_->corpus.data().units, animation.audio);
-  synthesised.animation.audio = std::move(animation.audio);
-  animation = std::move(synthesised.animation);
+  SynthesisedLine synthesised = synthesiseForPieces(request, data_->corpus.data().units, sound.line.audio);
+  auto made = std::make_shared<Performance::Data>();
+  made->face = data_->face;
+  made->corpus = data_->corpus;
+  made->actor = data_->corpus.data().actor;
+  if (!data_->edits.empty()) made->edits = data_->edits;
+  made->tells_timing = data_->options.timing;
   made->later = std::move(synthesised.motion);
+  UtteranceAnimation& animation = made->animation;
+  animation = std::move(synthesised.animation);
+  animation.audio = std::move(sound.line.audio);
+  animation.corpus = data_->corpus.name();
   if (data_->options.page_engine) {
     SynthesisRequest again = request;
     again.labels = std::move(labels_before);
@@ -472,21 +409,10 @@ Performance Speaker::perform(const Line& given) {
       doubts.push_back(fmt::format("the page cannot make this line again by itself: {}", reason));
     }
   }
-  animation.corpus = data_->corpus.name();
-  animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
-  if (const std::string idle = data_->idleStyle(animation); !idle.empty()) animation.warnings.push_back(idle);
-  if (!data_->language->is_tuned && line.song.empty())
-    animation.warnings.push_back(fmt::format("{} is untuned: its times and lips were never measured (languages: {})",
-                                             data_->language->name, tunedLanguages()));
-  if (std::string symbols = unknownSymbols(animation.labels); !symbols.empty())
-    animation.warnings.push_back(std::move(symbols));
-  if (!animation.head.empty() && made->face && isGlb(made->face->data().meshPath()))
-    animation.warnings.emplace_back(
-        "the head's motion is in films and in Live Link's CSV; a head that came as GLB has a skeleton of its own and "
-        "stays as it is there");
-  if (!sound.line.notice.empty()) animation.warnings.push_back(sound.line.notice);
-  animation.warnings.insert(animation.warnings.end(), sound.warnings.begin(), sound.warnings.end());
   await_face();
+  std::vector<std::string> remarks = data_->remarksOn(animation, line, request, sound);
+  animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
+  animation.warnings.insert(animation.warnings.end(), remarks.begin(), remarks.end());
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())
@@ -495,13 +421,6 @@ Performance Speaker::perform(const Line& given) {
   made->tags = request.tags;
   made->confidence = std::move(data_->heard_confidence);
   made->style = styleFor(request.options.curves, request.labels, request.tags);
-  constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
-  const bool hears_accent =
-      request.options.curves.ma.automatic || (animation.style == "sing" && !request.options.curves.ma.given);
-  if (hears_accent && !request.tags.consonants.empty() && request.tags.consonant_low_hz < kVocalBandHz)
-    animation.warnings.push_back(fmt::format(
-        "the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} kHz",
-        request.tags.consonant_low_hz / 1000));
   data_->giveBackTakes();
   made->describe();
   return Performance(std::move(made));

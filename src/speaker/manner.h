@@ -1,0 +1,14 @@
+#pragma once
+
+#include "mouthpiece/speaker.h"
+#include "synthesis/synthesis.h"
+
+namespace mouthpiece {
+
+/// Throws InputError for options that no line can be made with: rates, overlaps, a page engine that is not there.
+void expectUsable(const SpeakerOptions& options);
+/// How lines are made that are asked for in `manner`; reads the files that it names. `model`, the corpus' own, is
+/// pointed to. Throws InputError for numbers out of their ranges and files that do not hold what they should.
+SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model);
+
+}  // namespace mouthpiece
