@@ -355,9 +355,17 @@ class Reader {
   }
 
   std::optional<std::string> readNumber(const Token& token) {
-    const auto said = sayNumbers(token.body);
+    auto said = sayNumbers(token.body);
     if (!said) return std::nullopt;
-    const std::string_view rest = token.body.substr(said->size);
+    std::string_view rest = token.body.substr(said->size);
+    if (token.lead.ends_with('~')) said->words = "about " + said->words;
+    if (rest.starts_with('/')) {  // $5/hr
+      if (const auto unit = sayUnit(rest.substr(1), true, false)) {
+        said->words += " per " + unit->words;
+        rest.remove_prefix(1 + unit->size);
+        if (isPunctuation(rest)) return said->words + std::string(rest);
+      }
+    }
     if (rest.starts_with("'s") && isPunctuation(rest.substr(2))) {
       const bool is_year = said->words != said->bare;  // 2015's summer, 10's
       return (is_year ? said->words + "'s" : plural(said->words)) + std::string(rest.substr(2));
