@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "voices/festival_script.h"
 #include "phonetics/text/speakable_text.h"
+#include "voices/festival_script.h"
 
 /// Nothing but the promised characters leaves the normaliser, whatever comes in; the Scheme program does not depend on
 /// it.
@@ -18,6 +18,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     MOUTHPIECE_EXPECT(mouthpiece::makeFestivalJob("kal_diphone", text, nullptr).script ==
                       mouthpiece::makeFestivalJob("kal_diphone", "a", nullptr).script);
   } catch (const mouthpiece::InputError&) {
+  }
+  for (const std::string_view tag : {"de", "fr"}) {  // whose amounts ICU says
+    try {
+      static_cast<void>(mouthpiece::speakableText(bytes, mouthpiece::languageOf(tag)));
+    } catch (const mouthpiece::InputError&) {
+    }
   }
   try {
     mouthpiece::parseFestivalLabels(bytes);

@@ -94,6 +94,7 @@ Language espeakLanguage(std::string_view tag, std::string_view name, std::string
   Language language = worldLanguage(tag, name);
   language.say = sayWithEspeak;
   language.text.kept_signs = U"&%+=@$€£¥°§";
+  language.text.amounts_of = tag == "pt" ? "pt-PT" : tag;  // CLDR's "pt" is Brazil's
   language.espeak_voice = voice;
   language.is_tuned = is_tuned;
   return language;
@@ -129,6 +130,7 @@ const std::vector<Language>& espeakRows() {
     Language mandarin = espeakLanguage("zh", "Mandarin", "cmn-latn-pinyin", false);
     mandarin.respell = toPinyin;
     mandarin.text.kept_signs = {};  // the voice of Pinyin knows none
+    mandarin.text.amounts_of = {};
     mandarin.odd_symbols = kMandarinSymbols;
     all.push_back(mandarin);
     return all;

@@ -23,7 +23,23 @@ constexpr Abbreviation kAbbreviations[] = {{"i. d. R.", "in der Regel"},
                                            {"v. a.", "vor allem"},
                                            {"s. o.", "siehe oben"},
                                            {"s. u.", "siehe unten"},
+                                           {"v. Chr.", "vor Christus"},
+                                           {"n. Chr.", "nach Christus"},
                                            {"usw.", "und so weiter"},
+                                           {"etc.", "et cetera"},
+                                           {"bspw.", "beispielsweise"},
+                                           {"inkl.", "inklusive"},
+                                           {"geb.", "geboren"},
+                                           {"gest.", "gestorben"},
+                                           {"Mio.", "Millionen"},
+                                           {"Mrd.", "Milliarden"},
+                                           {"Std.", "Stunden"},
+                                           {"Prof.", "Professor"},
+                                           {"Hrn.", "Herrn"},
+                                           {"Abb.", "Abbildung"},
+                                           {"Kap.", "Kapitel"},
+                                           {"Tel.", "Telefon"},
+                                           {"Str.", "Straße"},
                                            {"bzw.", "beziehungsweise"},
                                            {"ca.", "circa"},
                                            {"vgl.", "vergleiche"},
@@ -33,6 +49,10 @@ constexpr Abbreviation kAbbreviations[] = {{"i. d. R.", "in der Regel"},
                                            {"Nr.", "Nummer"}};
 
 bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+bool isPlainSign(char c) {
+  return static_cast<unsigned char>(c) < 0x80 && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z');
+}
 
 /// How many bytes of `text` the abbreviation takes that it begins with; its first letter may be a capital.
 std::optional<std::size_t> sizeOf(std::string_view written, std::string_view text) {
@@ -67,7 +87,12 @@ std::string germanInWords(std::string_view text, const std::function<bool(std::s
       break;
     }
     if (found == nullptr) {
-      words += text[i++];
+      if (!begins_word && text.substr(i).starts_with("str.") && !isPlainSign(text[i - 1])) {  // Hauptstr.
+        words += "straße";
+        i += std::string_view("str.").size();
+      } else {
+        words += text[i++];
+      }
       continue;
     }
     const bool is_capital = text[i] != found->written[0] && text[i] >= 'A' && text[i] <= 'Z';

@@ -12,6 +12,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/unicode.h"
+#include "phonetics/language/written_amounts.h"
 
 namespace mouthpiece {
 namespace {
@@ -314,10 +315,14 @@ std::string speakableText(std::string_view text, const Language& language,
   blankMarkup(characters);
   const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
   std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
-  if (rules.in_words == nullptr) {
+  if (rules.in_words == nullptr && rules.amounts_of.empty()) {
     spoken = tidy(spoken, longest);
   } else {
     spoken = plainText(characters, rules);
+    const auto inWords = [&](const std::string& plain) {
+      const std::string words = rules.in_words == nullptr ? plain : rules.in_words(plain, is_known);
+      return rules.amounts_of.empty() ? words : amountsInWords(words, rules.amounts_of);
+    };
     // What is said for signs can make an abbreviation of the letters beside them: it is read until nothing changes.
     constexpr int kMostReadings = 4;
     std::string before;
@@ -325,7 +330,7 @@ std::string speakableText(std::string_view text, const Language& language,
       before = spoken;
       // Blanks that cut long words make it a little longer.
       const std::size_t readable = reading == 0 ? most : 2 * most;
-      spoken = tidy(Speller(decode(rules.in_words(before, is_known), readable, most), rules).spell(), longest);
+      spoken = tidy(Speller(decode(inWords(before), readable, most), rules).spell(), longest);
     }
   }
   if (!hasWords(spoken)) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <iterator>
 #include <random>
 #include <sstream>
@@ -175,6 +176,23 @@ TEST(SpeakableText, SaysGermanAbbreviations) {
   EXPECT_EQ(said("Brot, Wein usw."), "Brot, Wein und so weiter.");
   EXPECT_EQ(said("Frau Dr. Ört ist da. Ihr Pizza. B. kommt."), "Frau Doktor Ört ist da. Ihr Pizza. B. kommt.");
   EXPECT_EQ(speakableText("z. B. hier", languageOf("nl")), "z. B. hier");
+}
+
+/// Units, dates, fractions, ordinals and years, which eSpeak NG spells or reads wrong; said once, they stay.
+TEST(SpeakableText, SaysAmountsOfOtherLanguages) {
+  std::ifstream table("tests/data/text/amounts.tsv");
+  std::size_t rows = 0;
+  for (std::string line; std::getline(table, line);) {
+    if (line.starts_with('#')) continue;
+    const std::size_t first = line.find('\t'), second = line.find('\t', first + 1);
+    ASSERT_NE(second, std::string::npos) << line;
+    const Language& language = languageOf(line.substr(0, first));
+    const std::string written = line.substr(first + 1, second - first - 1), said = line.substr(second + 1);
+    EXPECT_EQ(speakableText(written, language), said) << language.tag << ": " << written;
+    EXPECT_EQ(speakableText(said, language), said) << language.tag;
+    ++rows;
+  }
+  EXPECT_GT(rows, 30U);
 }
 
 }  // namespace
