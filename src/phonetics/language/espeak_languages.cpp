@@ -5,7 +5,6 @@
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 #include "phonetics/language/espeak_library.h"
-#include "phonetics/language/german_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -13,7 +12,6 @@ namespace {
 struct EspeakRow {
   std::string_view tag, name, voice;
   std::span<const OddSymbol> odd_symbols = {};
-  decltype(TextRules::in_words) in_words = nullptr;
 };
 
 /// Its phone of "durch" has no IPA name in eSpeak NG 1.51.
@@ -21,7 +19,7 @@ constexpr OddSymbol kGermanSymbols[] = {{"??", "ʊɐ̯"}};
 
 /// Adding a language: one more row.
 constexpr EspeakRow kEspeakRows[] = {
-    {"de", "German", "de", kGermanSymbols, germanInWords},
+    {"de", "German", "de", kGermanSymbols},
     {"es", "Spanish", "es"},
     {"es-419", "Spanish of Latin America", "es-419"},
     {"fr", "French", "fr-fr"},
@@ -94,7 +92,7 @@ Language espeakLanguage(std::string_view tag, std::string_view name, std::string
   Language language = worldLanguage(tag, name);
   language.say = sayWithEspeak;
   language.text.kept_signs = U"&%+=@$€£¥°§";
-  language.text.amounts_of = tag == "pt" ? "pt-PT" : tag;  // CLDR's "pt" is Brazil's
+  language.text.locale = tag == "pt" ? "pt-PT" : tag;  // CLDR's "pt" is Brazil's
   language.espeak_voice = voice;
   language.is_tuned = is_tuned;
   return language;
@@ -125,12 +123,11 @@ const std::vector<Language>& espeakRows() {
     for (const EspeakRow& row : kEspeakRows) {
       all.push_back(espeakLanguage(row.tag, row.name, row.voice, true));
       all.back().odd_symbols = row.odd_symbols;
-      all.back().text.in_words = row.in_words;
     }
     Language mandarin = espeakLanguage("zh", "Mandarin", "cmn-latn-pinyin", false);
     mandarin.respell = toPinyin;
     mandarin.text.kept_signs = {};  // the voice of Pinyin knows none
-    mandarin.text.amounts_of = {};
+    mandarin.text.locale = {};
     mandarin.odd_symbols = kMandarinSymbols;
     all.push_back(mandarin);
     return all;

@@ -74,7 +74,7 @@ struct TextRules {
   std::span<const SpelledSign> signs;  ///< besides dashes and quotes, which are written alike everywhere
   bool any_letters = false;            ///< letters and marks of every script are kept as they are (NFC)
   std::u32string_view kept_signs{};    ///< that the voices themselves read aloud
-  std::string_view amounts_of{};       ///< of whose amounts beside digits amountsInWords() says; "": the rules below do
+  std::string_view locale{};           ///< in which ICU says amounts; "": the rules below do
   /// A text whose letters are plain with its numbers, abbreviations and the like as words; `is_known` says of a word
   /// that it stays as it is, and may be empty. nullptr: the voices say them.
   std::string (*in_words)(std::string_view text, const std::function<bool(std::string_view)>& is_known) = nullptr;

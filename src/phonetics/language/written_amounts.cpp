@@ -93,7 +93,7 @@ class Amounts {
 
   UnicodeString read() {
     sayDates();
-    if (isIn("de")) sayTimes();
+    sayTimes();
     if (fractions_ != nullptr) sayFractions();
     sayUnits();
     if (isIn("de")) sayOrdinals();
@@ -161,14 +161,23 @@ class Amounts {
             });
   }
 
-  /// 14:30 Uhr.
+  /// 14:30 Uhr, 14h30.
   void sayTimes() {
-    replace(UnicodeString(kBegins) + u"(\\p{Nd}{1,2})[:.](\\p{Nd}{2})\\s?Uhr" + kEnds, [&](Match& match) {
-      const int minutes = valueOf(part(match, 2));
-      UnicodeString said = part(match, 1) + u" Uhr";
+    const auto say = [](const UnicodeString& hours, const UnicodeString& name, int minutes) {
+      UnicodeString said = hours + u" " + name;
       if (minutes > 0) said += u" " + UnicodeString(std::to_string(minutes).c_str());
-      return std::optional(said);
-    });
+      return said;
+    };
+    if (isIn("de"))
+      replace(UnicodeString(kBegins) + u"(\\p{Nd}{1,2})[:.](\\p{Nd}{2})\\s?Uhr" + kEnds,
+              [&](Match& match) { return std::optional(say(part(match, 1), u"Uhr", valueOf(part(match, 2)))); });
+    if (isIn("fr") || isIn("pt"))
+      replace(UnicodeString(kBegins) + u"(\\p{Nd}{1,2})\\s?h\\s?(\\p{Nd}{2})" + kEnds,
+              [&](Match& match) -> std::optional<UnicodeString> {
+                const std::optional<UnicodeString> name = nameOf("hour", part(match, 1));
+                if (!name) return std::nullopt;
+                return say(part(match, 1), *name, valueOf(part(match, 2)));
+              });
   }
 
   void sayFractions() {

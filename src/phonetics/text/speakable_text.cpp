@@ -12,6 +12,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/unicode.h"
+#include "phonetics/language/written_abbreviations.h"
 #include "phonetics/language/written_amounts.h"
 
 namespace mouthpiece {
@@ -315,13 +316,13 @@ std::string speakableText(std::string_view text, const Language& language,
   blankMarkup(characters);
   const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
   std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
-  if (rules.in_words == nullptr && rules.amounts_of.empty()) {
+  if (rules.in_words == nullptr && rules.locale.empty()) {
     spoken = tidy(spoken, longest);
   } else {
     spoken = plainText(characters, rules);
     const auto inWords = [&](const std::string& plain) {
-      const std::string words = rules.in_words == nullptr ? plain : rules.in_words(plain, is_known);
-      return rules.amounts_of.empty() ? words : amountsInWords(words, rules.amounts_of);
+      if (rules.in_words != nullptr) return rules.in_words(plain, is_known);
+      return amountsInWords(abbreviationsInWords(plain, rules.locale, is_known), rules.locale);
     };
     // What is said for signs can make an abbreviation of the letters beside them: it is read until nothing changes.
     constexpr int kMostReadings = 4;
