@@ -110,7 +110,7 @@ class LabelWriter {
     finishWord();
     std::vector<std::string> texts;
     for (const TranscriptWord& word : words_) texts.push_back(word.text);
-    ForcedAlignment alignment{buildSpeechLabels(std::move(segments_), texts, duration_, language_)};
+    ForcedAlignment alignment{buildSpeechLabels(std::move(segments_), texts, duration_, language_), {}};
     for (const double score : scores_) alignment.confidence.push_back(confidenceOf(score, kEvenScore));
     std::size_t first = 0;
     for (const std::size_t end : by_lines ? TextDoubt::lineEnds(scores_.size()) : std::vector<std::size_t>{}) {

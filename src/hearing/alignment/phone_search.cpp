@@ -18,8 +18,9 @@ namespace {
 
 constexpr std::size_t kStates = 3;
 constexpr std::size_t kMostPhones = 100'000;
-/// Words of a phone each may follow each other in as many ways as there are pairs of their ways.
-constexpr std::size_t kMostWays = 63, kMostPairs = 20'000'000;
+/// Words of a phone each may follow each other in as many ways as there are pairs of their ways. Row::ways has 14 bits
+/// for which unit came before.
+constexpr std::size_t kMostWays = 63, kMostPairs = 20'000'000, kMostBefore = 16'383;
 constexpr float kUnheard = 1e30F;
 /// Frames that are weighed at once, before each of which it is looked which words may be heard.
 constexpr Eigen::Index kFramesAtOnce = 32;
@@ -98,7 +99,7 @@ class WordGraph {
       throw InputError("acoustic model", "",
                        fmt::format("has phones of {} states; expected {}", senones.size(), kStates));
     pairs_ += unit.before.size();
-    if (pairs_ > kMostPairs)
+    if (unit.before.size() > kMostBefore || pairs_ > kMostPairs)
       throw InputError("transcript", "", "has words with too many ways to say them, one after another");
     std::copy(senones.begin(), senones.end(), unit.senones.begin());
     units_.push_back(std::move(unit));
@@ -198,7 +199,7 @@ class PathSearch {
   struct Row {
     std::size_t first = 0;
     double settled_cost = 0;
-    std::vector<std::uint8_t>
+    std::vector<std::uint16_t>
         ways{};  ///< bits: to the last state, to the middle one; by which unit before to the first
     std::vector<float> costs{};
 

@@ -47,7 +47,8 @@ void addWords(TimesBuilder& builder, const JsonField& words, std::optional<Secon
     while (timed < all.size() && !isTimed(all[timed])) ++timed;
     const Seconds next = timed < all.size() ? all[timed]["start"].number() : end.value_or(at);
     const auto untimed = static_cast<double>(timed - i);
-    if (untimed == static_cast<double>(all.size())) all.front()["start"].number();  // says that it is missing
+    if (untimed == static_cast<double>(all.size()))
+      static_cast<void>(all.front()["start"].number());  // says that it is missing
     for (const Seconds start = i == 0 ? std::max(0.0, next - 0.3 * untimed) : at; i < timed; ++i) {
       const Seconds share = std::max(0.0, next - start) / untimed;
       const Seconds own = start + share * (untimed - static_cast<double>(timed - i));

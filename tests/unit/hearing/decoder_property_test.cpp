@@ -273,6 +273,20 @@ TEST(PathLaws, NoPathCostsLessThanTheOneFound) {
   EXPECT_TRUE(made.pathOf(words, made.drawScores(8, random), 0).empty()) << "three states in each of three phones";
 }
 
+/// Of words of one phone each has as many units before it as there are pairs of their ways.
+TEST(PathLaws, ManyWaysOfOneSoundAreHeardAsOne) {
+  const MadePhones made({Phone::kAA, Phone::kB});
+  for (unsigned round = 0; round < 10; ++round) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + round);
+    std::mt19937 random(kSeed + round);
+    const SenoneScorer::Scores scores = made.drawScores(20, random);
+    const WordWays once(3, {{Phone::kB}, {Phone::kAA}});
+    WordWays often = once;
+    for (auto& ways : often) ways.insert(ways.begin(), 61, {Phone::kB});  // the other one comes last
+    EXPECT_EQ(scoreOf(made.pathOf(often, scores, 0)), scoreOf(made.pathOf(once, scores, 0)));
+  }
+}
+
 /// What lies far back is settled, and words far from the likeliest path are not looked at: nothing is lost by it.
 TEST(PathLaws, ALongSoundsPathIsTheWholesBest) {
   const MadePhones made({Phone::kAA, Phone::kB, Phone::kS});
