@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace mouthpiece {
 namespace {
@@ -122,7 +124,12 @@ class Amounts {
   /// Puts what `say` makes of each place that `pattern` finds in its stead; nullopt leaves it.
   void replace(const UnicodeString& pattern, const std::function<std::optional<UnicodeString>(Match&)>& say) {
     UErrorCode error = U_ZERO_ERROR;
-    Match match(pattern, text_, 0, error);
+    thread_local std::map<UnicodeString, std::unique_ptr<icu::RegexPattern>> compiled;
+    std::unique_ptr<icu::RegexPattern>& found = compiled[pattern];
+    if (!found) found.reset(icu::RegexPattern::compile(pattern, 0, error));
+    const std::unique_ptr<Match> matcher(U_SUCCESS(error) ? found->matcher(text_, error) : nullptr);
+    if (!matcher) return;
+    Match& match = *matcher;
     match.setTimeLimit(kLongest, error);
     UnicodeString out;
     int done = 0;
@@ -243,10 +250,15 @@ class Amounts {
 
   [[nodiscard]] UnicodeString spelledOut(int number, const char16_t* rules) const {
     UErrorCode error = U_ZERO_ERROR;
-    icu::RuleBasedNumberFormat format(icu::URBNF_SPELLOUT, locale_, error);
+    thread_local std::map<std::string, std::unique_ptr<icu::RuleBasedNumberFormat>> made;
+    std::unique_ptr<icu::RuleBasedNumberFormat>& format = made[locale_.getName()];
+    if (!format) format = std::make_unique<icu::RuleBasedNumberFormat>(icu::URBNF_SPELLOUT, locale_, error);
     UnicodeString words;
     icu::FieldPosition place;
-    if (U_SUCCESS(error)) format.format(number, UnicodeString(rules), words, place, error);
+    if (U_FAILURE(error))
+      format.reset();
+    else
+      format->format(number, UnicodeString(rules), words, place, error);
     return words.findAndReplace(UnicodeString(u'\u00ad'), UnicodeString());
   }
 
