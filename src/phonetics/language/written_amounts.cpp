@@ -96,8 +96,8 @@ class Amounts {
   UnicodeString read() {
     sayDates();
     sayTimes();
-    if (fractions_ != nullptr) sayFractions();
     sayUnits();
+    if (fractions_ != nullptr) sayFractions();
     if (isIn("de")) sayOrdinals();
     if (isIn("de") || isIn("nl")) sayYears();
     return std::move(text_);
@@ -215,7 +215,7 @@ class Amounts {
       if (!signs.isEmpty()) signs += u"|";
       signs.append(row.sign.data(), static_cast<int>(row.sign.size()));
     }
-    const UnicodeString number(kNumber);
+    const UnicodeString number = UnicodeString(u"(?:(?:\\p{Nd}+\\s)?[123]/[234]|\\p{Nd}*\\s?[½⅓⅔¼¾]|") + kNumber + u")";
     replace(UnicodeString(u"(?<![\\p{L}\\p{N}.,/])(?:(") + number + u")\\s?[-–]\\s?)?(" + number + u")\\s?(" + signs +
                 u")" + kEnds,
             [&](Match& match) -> std::optional<UnicodeString> {
@@ -235,8 +235,10 @@ class Amounts {
   [[nodiscard]] std::optional<UnicodeString> nameOf(const char* unit, const UnicodeString& count) const {
     UErrorCode error = U_ZERO_ERROR;
     const std::unique_ptr<icu::NumberFormat> reader(icu::NumberFormat::createInstance(locale_, error));
-    icu::Formattable value;
-    if (U_SUCCESS(error)) reader->parse(count, value, error);
+    icu::Formattable value(1.0);  // of a fraction: half a litre
+    const bool is_fraction =
+        count.indexOf(u'/') >= 0 || UnicodeString(u"½⅓⅔¼¾").indexOf(count.charAt(count.length() - 1)) >= 0;
+    if (U_SUCCESS(error) && !is_fraction) reader->parse(count, value, error);
     const icu::number::FormattedNumber said = icu::number::NumberFormatter::withLocale(locale_)
                                                   .unit(icu::MeasureUnit::forIdentifier(unit, error))
                                                   .unitWidth(UNUM_UNIT_WIDTH_FULL_NAME)
