@@ -310,7 +310,7 @@ class Amounts {
 
 std::string amountsInWords(std::string_view text, std::string_view locale) {
   const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
-  // What has neither digits of ASCII nor a fraction's sign (C2 or E2 begins it) has no amount.
+  // What has neither a digit nor a fraction's sign (C2 or E2 begins it) has no amount.
   if (std::none_of(text.begin(), text.end(), [&](char c) { return isDigit(c) || c == '\xC2' || c == '\xE2'; }))
     return std::string(text);
   std::string out;
