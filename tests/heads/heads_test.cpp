@@ -56,6 +56,17 @@ TEST(JudgedSteps, AreNoFramesOfASlowCamera) {
   EXPECT_LT(slow / fast, 3) << "other frames are drawn; by the camera's own it would be 5";
 }
 
+/// The way to and from closures is looked at step by step.
+TEST(JudgedSteps, FollowLipsThatClose) {
+  constexpr std::size_t kWays = 16, kSteps = 4;
+  std::size_t ways = 0, steps = 0;
+  for (const JudgedPoses::Row& row : judgedPoses(clockCorpus()).rows) {
+    steps = row.follows ? steps + 1 : 0;
+    ways += steps == kSteps ? 1U : 0U;
+  }
+  EXPECT_GT(ways, kWays / 2);
+}
+
 /// Every head of ../shared/faces and the default one, by ten clicks.
 class ClickedHeads : public ::testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(All, ClickedHeads, ::testing::Range(std::size_t{0}, std::size_t{9}));
@@ -181,12 +192,12 @@ TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so (docs/theory/deform/lip_line.md): of the first 24 seeds twenty-three pass; 7,
-// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet. Every third for everybody, all of
-// them each night.
+// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet, 244 by skin that is relaxed where a
+// lip snapped shut.  Every third for everybody, all of them each night.
 std::vector<unsigned> seedsThatPass() {
-  const std::vector<unsigned> all{1,  2,  3,  4,  5,  6,   7,   8,   9,   10,  11,  12,  13, 14, 15,
-                                  16, 17, 18, 19, 20, 21,  22,  23,  25,  29,  31,  35,  47, 55, 60,
-                                  71, 88, 92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 207};
+  const std::vector<unsigned> all{1,  2,  3,  4,  5,  6,   7,   8,   9,   10,  11,  12,  13,  14, 15,
+                                  16, 17, 18, 19, 20, 21,  22,  23,  25,  29,  31,  35,  47,  55, 60,
+                                  71, 88, 92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 244, 207};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
   for (std::size_t i = 0; i < all.size(); i += 3) some.push_back(all[i]);

@@ -21,7 +21,11 @@ namespace {
 
 constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
-constexpr std::size_t kClosures = 40, kSteps = 60, kSungSteps = 40;
+constexpr std::size_t kClosures = 40, kSteps = 30, kSungSteps = 40;
+/// Lips move furthest where they close or let go while the mouth is wide open: the widest of a corpus are looked at
+/// step by step.
+constexpr std::size_t kBorders = 16, kBorderFrames = 5;
+constexpr Seconds kBeside = 0.035;  ///< of the phone: amid the way of LipPose::seal
 /// Steps are frames of the capture, but no longer than those of a line as it is made unless told: a camera's frames lie
 /// so far apart that an F's whole release falls between two, which is no jump.
 constexpr double kLeastStepHz = 60;
@@ -72,9 +76,8 @@ class Gathered {
     poses_.tongue.push_back(from.tongue[frame]);
     rows_.push_back(from.positions_mm.row(signedIndex(frame)));
   }
-  void takeStep(const Source& from, std::size_t frame) {
-    take(from, frame, false, false);
-    take(from, frame + 1, false, true);
+  void takeSteps(const Source& from, std::size_t first, std::size_t last) {
+    for (std::size_t frame = first; frame <= last; ++frame) take(from, frame, false, frame > first);
   }
   JudgedPoses all() {
     poses_.motion.positions_mm.resize(signedIndex(rows_.size()), signedIndex(3 * poses_.motion.marker_names.size()));
@@ -96,6 +99,40 @@ Gathered::Source sourceOf(const CorpusTake& take, const std::vector<Seconds>& ti
           take.labels,
           lipsFromPhones(take.labels, times),
           tongueFromPhones(take.labels, times)};
+}
+
+/// The ways of the lips to and from B P M, beside which the mouth is as wide open as may be, less, and least.
+void takeBorders(const std::vector<const CorpusTake*>& takes, const MarkerLayout& layout, Gathered& gathered) {
+  struct Border {
+    const CorpusTake* take;
+    Seconds first;
+    double opening;
+  };
+  std::vector<Border> borders;
+  for (const CorpusTake* take : takes) {
+    const std::vector<double> opening = openingsOf(*take, LipGauge(layout));
+    const double rate_hz = take->motion.frame_rate_hz;
+    const Seconds way = asReal(kBorderFrames - 1) / stepRateOf(*take);
+    const Seconds last = take->motion.timeOf(FrameIndex{take->motion.frameCount() - 1}) - way;
+    if (opening.empty() || last < 0) continue;
+    for (const LabelledPhone& said : take->labels.phones) {
+      if (!isBilabial(said.phone)) continue;
+      for (const Seconds middle : {said.span.start - kBeside, said.span.end + kBeside}) {
+        const Seconds first = std::clamp(middle - 0.5 * way, 0.0, last);
+        borders.push_back({take, first, opening[unsignedIndex(wholePart((first + 0.5 * way) * rate_hz))]});
+      }
+    }
+  }
+  std::stable_sort(borders.begin(), borders.end(),
+                   [](const Border& a, const Border& b) { return a.opening > b.opening; });
+  const std::size_t stride = borders.size() / kBorders + 1;
+  for (std::size_t i = 0; i < borders.size(); i += stride) {
+    const Border& border = borders[i];
+    std::vector<Seconds> times;
+    for (std::size_t k = 0; k < kBorderFrames; ++k)
+      times.push_back(border.first + asReal(k) / stepRateOf(*border.take));
+    gathered.takeSteps(sourceOf(*border.take, times), 0, kBorderFrames - 1);
+  }
 }
 
 /// Every vowel, held on a note of a rising scale, between consonants that close, round and part the lips.
@@ -144,7 +181,8 @@ void takeSong(const Corpus& corpus, double frame_rate_hz, Gathered& gathered) {
                               sung.lips,
                               sung.tongue};
   const std::size_t stride = sung.motion.frameCount() / kSungSteps + 1;
-  for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride) gathered.takeStep(song, frame);
+  for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride)
+    gathered.takeSteps(song, frame, frame + 1);
 }
 
 }  // namespace
@@ -188,8 +226,9 @@ JudgedPoses judgedPoses(const Corpus& corpus) {
   for (std::size_t i = 0; i < kSteps; ++i) {
     const CorpusTake& take = *takes[random() % takes.size()];
     const Seconds time = take.motion.timeOf(FrameIndex{random() % (take.motion.frameCount() - 1)});
-    gathered.takeStep(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0);
+    gathered.takeSteps(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0, 1);
   }
+  takeBorders(takes, corpus.layout, gathered);
   takeSong(corpus, stepRateOf(*takes[0]), gathered);
   return gathered.all();
 }
