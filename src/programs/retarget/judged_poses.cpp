@@ -21,7 +21,7 @@ namespace {
 
 constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
-constexpr std::size_t kClosures = 40, kSteps = 30, kSungSteps = 40;
+constexpr std::size_t kClosures = 40, kSteps = 60, kSungSteps = 40;
 /// Lips move furthest where they close or let go while the mouth is wide open: the widest of a corpus are looked at
 /// step by step.
 constexpr std::size_t kBorders = 16, kBorderFrames = 5;
@@ -65,19 +65,24 @@ class Gathered {
     std::vector<LipPose> lips;
     std::vector<TonguePose> tongue;
   };
-  void take(const Source& from, std::size_t frame, bool closed, bool follows) {
+  void take(const Source& from, std::size_t frame, bool closed, bool follows, bool is_way = false) {
     const Seconds time = from.times[frame];
     Phone phone = Phone::kSil;
     for (const LabelledPhone& said : from.labels.phones) {
       if (said.span.start <= time && time < said.span.end) phone = said.phone;
     }
-    poses_.rows.push_back({fmt::format("{} at {:.2f} s ({})", from.name, time, phoneName(phone)), closed, follows});
+    poses_.rows.push_back(
+        {fmt::format("{} at {:.2f} s ({})", from.name, time, phoneName(phone)), closed, follows, is_way});
     poses_.lips.push_back(from.lips[frame]);
     poses_.tongue.push_back(from.tongue[frame]);
     rows_.push_back(from.positions_mm.row(signedIndex(frame)));
   }
-  void takeSteps(const Source& from, std::size_t first, std::size_t last) {
-    for (std::size_t frame = first; frame <= last; ++frame) take(from, frame, false, frame > first);
+  void takeStep(const Source& from, std::size_t frame) {
+    take(from, frame, false, false);
+    take(from, frame + 1, false, true);
+  }
+  void takeWay(const Source& from) {
+    for (std::size_t frame = 0; frame < from.times.size(); ++frame) take(from, frame, false, frame > 0, true);
   }
   JudgedPoses all() {
     poses_.motion.positions_mm.resize(signedIndex(rows_.size()), signedIndex(3 * poses_.motion.marker_names.size()));
@@ -131,7 +136,7 @@ void takeBorders(const std::vector<const CorpusTake*>& takes, const MarkerLayout
     std::vector<Seconds> times;
     for (std::size_t k = 0; k < kBorderFrames; ++k)
       times.push_back(border.first + asReal(k) / stepRateOf(*border.take));
-    gathered.takeSteps(sourceOf(*border.take, times), 0, kBorderFrames - 1);
+    gathered.takeWay(sourceOf(*border.take, times));
   }
 }
 
@@ -181,8 +186,7 @@ void takeSong(const Corpus& corpus, double frame_rate_hz, Gathered& gathered) {
                               sung.lips,
                               sung.tongue};
   const std::size_t stride = sung.motion.frameCount() / kSungSteps + 1;
-  for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride)
-    gathered.takeSteps(song, frame, frame + 1);
+  for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride) gathered.takeStep(song, frame);
 }
 
 }  // namespace
@@ -226,7 +230,7 @@ JudgedPoses judgedPoses(const Corpus& corpus) {
   for (std::size_t i = 0; i < kSteps; ++i) {
     const CorpusTake& take = *takes[random() % takes.size()];
     const Seconds time = take.motion.timeOf(FrameIndex{random() % (take.motion.frameCount() - 1)});
-    gathered.takeSteps(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0, 1);
+    gathered.takeStep(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0);
   }
   takeBorders(takes, corpus.layout, gathered);
   takeSong(corpus, stepRateOf(*takes[0]), gathered);
