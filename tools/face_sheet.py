@@ -20,7 +20,9 @@ LINE = "a bee, a pea, my fee, above, we, who, oh, father, see, the thumb"
 POSES = ["rest", "B", "P", "M", "F", "V", "W", "UW", "OW", "AA", "IY", "TH"]
 WIDTH, HEIGHT = 150, 120
 BACKGROUND = (231, 229, 225)
-SKIN, COLOURS = (0.75, 0.5, 0.4), {"teeth": (0.9, 0.9, 0.85), "tongue": (0.7, 0.25, 0.25), "lips": (0.66, 0.32, 0.29)}
+SKIN = (0.75, 0.5, 0.4)
+COLOURS = {"teeth": (0.9, 0.9, 0.85), "tongue": (0.7, 0.25, 0.25), "lips": (0.66, 0.32, 0.29), "gum": (0.6, 0.25, 0.25),
+           "mouth": (0.15, 0.04, 0.04)}
 
 
 def read_obj(path):
@@ -124,7 +126,10 @@ def rows_of(face, bin_folder):
     mesh = re.search(rb'"mesh": "(.*?)"', facts).group(1).decode()
     vertices, triangles, colours = read_obj(pathlib.Path(face).parent / mesh)
     moved = numpy.ptp(frames, axis=0).max(1)
-    lips = frames[0][moved > 0.6 * moved.max()]  # in no other place does a talking face move more
+    is_skin = numpy.zeros(len(vertices), bool)
+    is_skin[triangles[(colours == SKIN).all(1) | (colours == COLOURS["lips"]).all(1)]] = True
+    moved[~is_skin] = 0
+    lips = frames[0][moved > 0.6 * moved.max()]  # in no other place does a talking face's skin move more
     middle, width = lips.mean(0), 0.42 * numpy.ptp(vertices[:, 0])
     rows = [[], []]
     for pose in POSES:

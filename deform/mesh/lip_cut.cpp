@@ -9,9 +9,9 @@
 #include <numbers>
 #include <queue>
 #include <set>
-#include <span>
 
 #include "base/errors.h"
+#include "deform/mesh/skin_layers.h"
 #include "deform/mesh/welding.h"
 
 namespace mouthpiece {
@@ -20,22 +20,22 @@ namespace {
 using Eigen::Vector3d;
 
 // Lengths as shares of the mouth's width.
-constexpr double kBeside = 0.02;   ///< a way this far beside the line costs double
-constexpr double kFarthest = 0.2;  ///< and none leads further off
-constexpr double kLoopOff = 0.2;   ///< a hole's edge lies no further from the line, on average
-constexpr double kLoopWide = 0.5;  ///< and is no narrower
+constexpr double kBeside = 0.02;    ///< a way this far beside the line costs double
+constexpr double kFarthest = 0.2;   ///< and none leads further off
+constexpr double kLoopOff = 0.2;    ///< a hole's edge lies no further from the line, on average
+constexpr double kLoopWide = 0.5;   ///< and is no narrower
+constexpr double kSkinThick = 0.1;  ///< a bag lies so far behind the skin
+constexpr double kNarrowing = 0.2;  ///< or comes nearer to its middle by such steps of its own width and height
 
 /// Rows of a bag from the upper rim to the lower one: how far back and up they lie, in shares of the mouth's width, and
-/// of the way from the upper rim to the lower one.
+/// of the way from the upper rim to the lower one. Teeth and a tongue have room in it.
 struct BagRow {
   double back, up, lower;
 };
-constexpr std::array kSmallBag{BagRow{0.1, 0.06, 0}, BagRow{0.2, 0, 0.5}, BagRow{0.1, -0.06, 1}};
-/// Teeth and a tongue have room in it.
-constexpr std::array kDeepBag{BagRow{0.02, 0.1, 0},   BagRow{0.06, 0.25, 0},   BagRow{0.25, 0.36, 0},
-                              BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},     BagRow{1.1, 0, 0.5},
-                              BagRow{1, -0.2, 0.7},   BagRow{0.7, -0.36, 0.9}, BagRow{0.25, -0.36, 1},
-                              BagRow{0.06, -0.25, 1}, BagRow{0.02, -0.1, 1}};
+constexpr std::array kBag{BagRow{0.02, 0.1, 0},   BagRow{0.06, 0.25, 0},   BagRow{0.25, 0.36, 0},
+                          BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},     BagRow{1.1, 0, 0.5},
+                          BagRow{1, -0.2, 0.7},   BagRow{0.7, -0.36, 0.9}, BagRow{0.25, -0.36, 1},
+                          BagRow{0.06, -0.25, 1}, BagRow{0.02, -0.1, 1}};
 
 /// Nearest place on an open line.
 Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
@@ -60,8 +60,8 @@ std::uint32_t addVertex(FaceMesh& mesh, const Vector3d& place, std::uint32_t lik
 }
 
 /// Joins two rims, both from the right corner to the left one, by a part of its own that faces into the mouth.
-void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
-            std::span<const BagRow> profile) {
+void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower) {
+  const SkinLayers skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}));
   Vector3d across = pointAt(mesh.vertices, upper.back()) - pointAt(mesh.vertices, upper.front());
   const double width = across.norm();
   across /= width;
@@ -75,15 +75,31 @@ void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::
     const double share = place - asReal(i);
     return (1 - share) * pointAt(mesh.vertices, lower[i]) + share * pointAt(mesh.vertices, lower[i + 1]);
   };
+  const Vector3d middle = 0.5 * (pointAt(mesh.vertices, upper.front()) + pointAt(mesh.vertices, upper.back()));
+  const auto behindSkin = [&](const Vector3d& before, const Vector3d& rim, const Vector3d& deep,
+                              const Vector3d& high) -> Vector3d {
+    const double thick = std::min(kSkinThick * width, deep.norm());
+    const auto isBehind = [&](const Vector3d& place) {
+      return skin.isBehind(place, thick) && skin.isBehind(0.5 * (before + place), 0.5 * thick);
+    };
+    Vector3d place = rim + deep + high;
+    for (double share = 1; share > 0 && !high.isZero() && !isBehind(place); share -= kNarrowing)
+      place = rim + deep + share * high - (1 - share) * (rim - middle).dot(across) * across;
+    return place;
+  };
   std::vector<std::vector<std::uint32_t>> rows{upper};
-  for (const BagRow& place : profile) {
+  for (const BagRow& place : kBag) {
     auto& row = rows.emplace_back();
     for (std::size_t i = 0; i < upper.size(); ++i) {
       const double way = wayOf(upper, i);
       const double deep = std::sqrt(std::max(0.0, std::sin(std::numbers::pi * way))) * width;
       const bool is_corner = i == 0 || i + 1 == upper.size();
       const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
-      row.push_back(is_corner ? upper[i] : addVertex(mesh, rim + deep * (place.back * back + place.up * up), upper[i]));
+      row.push_back(is_corner ? upper[i]
+                              : addVertex(mesh,
+                                          behindSkin(pointAt(mesh.vertices, rows[rows.size() - 2][i]), rim,
+                                                     deep * place.back * back, deep * place.up * up),
+                                          upper[i]));
     }
   }
   rows.push_back(lower);
@@ -214,7 +230,7 @@ class Cutter {
     findPath();
     drawOntoLine();
     partLips();
-    addBag(out_, path_, lower_, kSmallBag);
+    addBag(out_, path_, lower_);
     return std::move(out_);
   }
 
@@ -342,7 +358,7 @@ class Cutter {
 FaceMesh withMouthBag(const FaceMesh& mesh, const LipLine& line) {
   FaceMesh made = mesh;
   const auto [upper, lower] = holeBetween(mesh, line);
-  if (upper.size() > 2 && lower.size() > 2) addBag(made, upper, lower, kDeepBag);
+  if (upper.size() > 2 && lower.size() > 2) addBag(made, upper, lower);
   return made;
 }
 

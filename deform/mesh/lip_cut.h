@@ -6,7 +6,7 @@
 namespace mouthpiece {
 
 /// `mesh` with its lips cut open along `line`, whose lips are one surface: the edges that keep nearest to the line are
-/// doubled and drawn onto it, and a small mouth bag of its own part ("mouth_inside") joins them. The first vertices are
+/// doubled and drawn onto it, and a mouth bag of its own part ("mouth_inside") joins them. The first vertices are
 /// those of `mesh`. Throws InputError where the lips are apart already or no edges lead from corner to corner.
 FaceMesh cutLips(const FaceMesh& mesh, const LipLine& line);
 

@@ -278,20 +278,21 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
     for (const int marker : markers) largest = std::max(largest, marker_step(marker));
     return largest;
   };
-  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows.
+  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows: as far as
+  // that they go by themselves.
   const double told =
       mm_ * kToldShare * face_.control.mouth_width *
       double{std::max(std::abs(lips[row].tuck - lips[row - 1].tuck), std::abs(lips[row].seal - lips[row - 1].seal))};
-  std::vector<double> steps;
+  std::vector<double> steps, by_themselves;
   for (std::size_t p = 0; p < markers_of_.size(); ++p) {
-    const double opposite = opposite_of_[p].empty() ? 0 : largest_step(opposite_of_[p]) + told;
-    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + opposite));
+    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
+    by_themselves.push_back(opposite_of_[p].empty() ? 0 : told);
   }
   const double most = limitNamed("vertex jump");
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
-    const double ratio = step / steps[unsignedIndex(patch_[v])];
+    const double ratio = (step - by_themselves[unsignedIndex(patch_[v])]) / steps[unsignedIndex(patch_[v])];
     if (ratio > seen.jump.value) seen.jump_mm = step;
     seen.jump.take(ratio, v);
     if (ratio > most) seen.jumped.push_back(v);
@@ -412,6 +413,7 @@ FaceJudgement Judge::judge(const FaceRig& rig, const FaceMotion& motion, const J
     VertexPositions now;
     rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], now);
     if (!welding_.isNothing()) now = welding_.weldedFromGiven(now);
+    if (poses.rows[row].is_way) return now;
     Seen& here = seen[row];
     lookAtEdges(now, here);
     lookAtTriangles(now, here);

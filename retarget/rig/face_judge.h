@@ -33,6 +33,7 @@ struct JudgedPoses {
     std::string where;     ///< for messages: "take.wav at 1.20 s (M)"
     bool closed = false;   ///< the captured lips touch
     bool follows = false;  ///< one frame after the row before
+    bool is_way = false;   ///< only how far vertices go to the next row is looked at
   };
   MotionClip motion;  ///< all markers seen
   std::vector<LipPose> lips;

@@ -6,9 +6,12 @@
 #include <cstdlib>
 #include <functional>
 
+#include "deform/mesh/skin_layers.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/surface/virtual_points.h"
 #include "heads/mouth_trial.h"
 #include "programs/retarget/commands.h"
+#include "retarget/rig/borrowed_mouth.h"
 #include "retarget/rig/face_fit.h"
 
 namespace mouthpiece::test {
@@ -53,6 +56,17 @@ TEST(JudgedSteps, AreNoFramesOfASlowCamera) {
   EXPECT_LT(slow / fast, 3) << "other frames are drawn; by the camera's own it would be 5";
 }
 
+/// The way to and from closures is looked at step by step.
+TEST(JudgedSteps, FollowLipsThatClose) {
+  constexpr std::size_t kWays = 16, kSteps = 4;
+  std::size_t ways = 0, steps = 0;
+  for (const JudgedPoses::Row& row : judgedPoses(clockCorpus()).rows) {
+    steps = row.follows ? steps + 1 : 0;
+    ways += steps == kSteps ? 1U : 0U;
+  }
+  EXPECT_GT(ways, kWays / 2);
+}
+
 /// Every head of ../shared/faces and the default one, by ten clicks.
 class ClickedHeads : public ::testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(All, ClickedHeads, ::testing::Range(std::size_t{0}, std::size_t{9}));
@@ -68,6 +82,64 @@ TEST_P(ClickedHeads, Pass) {
   EXPECT_EQ(trial.refused, "") << head.name;
   EXPECT_EQ(trial.faults, "") << head.name;
   std::filesystem::remove_all(folder);
+}
+
+/// `mesh` without teeth, gums and tongue; vertices stay.
+FaceMesh withoutTeeth(const FaceMesh& mesh) {
+  FaceMesh bare = mesh;
+  bare.triangles.clear();
+  bare.parts.clear();
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth || part.kind == PartKind::kTongue)
+      continue;
+    bare.parts.emplace_back(part).first_triangle = bare.triangles.size();
+    const auto own = trianglesOf(mesh, part);
+    bare.triangles.insert(bare.triangles.end(), own.begin(), own.end());
+  }
+  return bare;
+}
+
+/// Teeth that a head is given stand right behind its lips, a little under the rim of the upper one, and nowhere out of
+/// the skin; what lies in the mouth has its colour.
+TEST_P(ClickedHeads, GetTeethBehindTheirLips) {
+  constexpr double kMiddle = 0.2;                     // mouth widths, as all of these
+  constexpr double kNearest = 0.05, kFurthest = 0.4;  // behind the upper lip's foremost skin; lips are up to 0.3 thick
+  constexpr double kShown = 0.1;                      // under the rim
+  std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (GetParam() >= heads.size()) GTEST_SKIP() << "../shared/faces is not here";
+  ClickedHead& head = heads[GetParam()];
+  FaceMesh bare = withoutTeeth(head.mesh);
+  const FaceFile face = fitFace(bare, head.clicks, "clicks", requestFor(head, clockCorpus()));
+  const std::filesystem::path donor = MOUTHPIECE_BUILD_SHARE_DIR "/default.face";
+  const auto whole = withBorrowedMouth(bare, face, FaceRig::load(donor).mesh(), readFaceFile(donor));
+  ASSERT_TRUE(whole);
+  EXPECT_FALSE(trianglesOf(*whole, {PartKind::kMouthInside}).empty()) << head.name;
+  const double width = face.control.mouth_width;
+  const Eigen::Vector3d rim = face.control.rest.row(findPoint(face.control, "RIM_UP_MID")).transpose();
+  const SkinLayers skin(whole->vertices, trianglesOf(*whole, {PartKind::kSkin, PartKind::kLips}));
+  double edge = rim.y() + width, nearest = width;
+  for (const Triangle& t : trianglesOf(*whole, {PartKind::kUpperTeeth})) {
+    for (const std::uint32_t v : t) {
+      const Eigen::Vector3d p = pointAt(whole->vertices, v), off = (p - rim).cwiseAbs() / width;
+      if (off.x() > kMiddle || off.y() > kMiddle) continue;
+      edge = std::min(edge, p.y());
+      const auto layers = skin.at(p.x(), rim.y() + kMiddle / 2 * width);
+      ASSERT_FALSE(layers.empty());
+      nearest = std::min(nearest, layers[0] - p.z());
+    }
+  }
+  EXPECT_GT(nearest / width, kNearest) << head.name;
+  EXPECT_LT(nearest / width, kFurthest) << head.name;
+  EXPECT_GT((rim.y() - edge) / width, 0) << head.name;
+  EXPECT_LT((rim.y() - edge) / width, kShown) << head.name;
+  for (const Triangle& t :
+       trianglesOf(*whole, {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kMouthInside})) {
+    for (const std::uint32_t v : t) {
+      const Eigen::Vector3d p = pointAt(whole->vertices, v);
+      if ((p - rim).head<2>().cwiseAbs().maxCoeff() < 0.5 * width) continue;
+      EXPECT_TRUE(skin.isBehind(p, 0)) << head.name << ' ' << ((p - rim) / width).transpose();
+    }
+  }
 }
 
 /// How much less far down the lower lip goes in its middle than beside it. `way`: of a marker.
@@ -120,12 +192,12 @@ TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so (docs/theory/deform/lip_line.md): of the first 24 seeds twenty-three pass; 7,
-// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet. Every third for everybody, all of
-// them each night.
+// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet, 244 by skin that is relaxed where a
+// lip snapped shut.  Every third for everybody, all of them each night.
 std::vector<unsigned> seedsThatPass() {
-  const std::vector<unsigned> all{1,  2,  3,  4,  5,  6,   7,   8,   9,   10,  11,  12,  13, 14, 15,
-                                  16, 17, 18, 19, 20, 21,  22,  23,  25,  29,  31,  35,  47, 55, 60,
-                                  71, 88, 92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 207};
+  const std::vector<unsigned> all{1,  2,  3,  4,  5,  6,   7,   8,   9,   10,  11,  12,  13,  14, 15,
+                                  16, 17, 18, 19, 20, 21,  22,  23,  25,  29,  31,  35,  47,  55, 60,
+                                  71, 88, 92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 244, 207};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
   for (std::size_t i = 0; i < all.size(); i += 3) some.push_back(all[i]);

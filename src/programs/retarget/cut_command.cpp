@@ -71,7 +71,7 @@ void addOptions(CLI::App& command, CutArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB, its lips in one surface")->required();
   command.add_option("--anchors", options.anchors,
                      "The ten of `retarget pick` (JSON; default: those that `retarget anchors` finds)");
-  command.add_option("-o,--out", options.out, "The mesh to write (.obj), with a small mouth bag")->required();
+  command.add_option("-o,--out", options.out, "The mesh to write (.obj), with a mouth bag")->required();
 }
 
 }  // namespace

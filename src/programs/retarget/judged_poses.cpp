@@ -22,6 +22,10 @@ namespace {
 constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
 constexpr std::size_t kClosures = 40, kSteps = 60, kSungSteps = 40;
+/// Lips move furthest where they close or let go while the mouth is wide open: the widest of a corpus are looked at
+/// step by step.
+constexpr std::size_t kBorders = 16, kBorderFrames = 5;
+constexpr Seconds kBeside = 0.035;  ///< of the phone: amid the way of LipPose::seal
 /// Steps are frames of the capture, but no longer than those of a line as it is made unless told: a camera's frames lie
 /// so far apart that an F's whole release falls between two, which is no jump.
 constexpr double kLeastStepHz = 60;
@@ -61,13 +65,14 @@ class Gathered {
     std::vector<LipPose> lips;
     std::vector<TonguePose> tongue;
   };
-  void take(const Source& from, std::size_t frame, bool closed, bool follows) {
+  void take(const Source& from, std::size_t frame, bool closed, bool follows, bool is_way = false) {
     const Seconds time = from.times[frame];
     Phone phone = Phone::kSil;
     for (const LabelledPhone& said : from.labels.phones) {
       if (said.span.start <= time && time < said.span.end) phone = said.phone;
     }
-    poses_.rows.push_back({fmt::format("{} at {:.2f} s ({})", from.name, time, phoneName(phone)), closed, follows});
+    poses_.rows.push_back(
+        {fmt::format("{} at {:.2f} s ({})", from.name, time, phoneName(phone)), closed, follows, is_way});
     poses_.lips.push_back(from.lips[frame]);
     poses_.tongue.push_back(from.tongue[frame]);
     rows_.push_back(from.positions_mm.row(signedIndex(frame)));
@@ -75,6 +80,9 @@ class Gathered {
   void takeStep(const Source& from, std::size_t frame) {
     take(from, frame, false, false);
     take(from, frame + 1, false, true);
+  }
+  void takeWay(const Source& from) {
+    for (std::size_t frame = 0; frame < from.times.size(); ++frame) take(from, frame, false, frame > 0, true);
   }
   JudgedPoses all() {
     poses_.motion.positions_mm.resize(signedIndex(rows_.size()), signedIndex(3 * poses_.motion.marker_names.size()));
@@ -96,6 +104,40 @@ Gathered::Source sourceOf(const CorpusTake& take, const std::vector<Seconds>& ti
           take.labels,
           lipsFromPhones(take.labels, times),
           tongueFromPhones(take.labels, times)};
+}
+
+/// The ways of the lips to and from B P M, beside which the mouth is as wide open as may be, less, and least.
+void takeBorders(const std::vector<const CorpusTake*>& takes, const MarkerLayout& layout, Gathered& gathered) {
+  struct Border {
+    const CorpusTake* take;
+    Seconds first;
+    double opening;
+  };
+  std::vector<Border> borders;
+  for (const CorpusTake* take : takes) {
+    const std::vector<double> opening = openingsOf(*take, LipGauge(layout));
+    const double rate_hz = take->motion.frame_rate_hz;
+    const Seconds way = asReal(kBorderFrames - 1) / stepRateOf(*take);
+    const Seconds last = take->motion.timeOf(FrameIndex{take->motion.frameCount() - 1}) - way;
+    if (opening.empty() || last < 0) continue;
+    for (const LabelledPhone& said : take->labels.phones) {
+      if (!isBilabial(said.phone)) continue;
+      for (const Seconds middle : {said.span.start - kBeside, said.span.end + kBeside}) {
+        const Seconds first = std::clamp(middle - 0.5 * way, 0.0, last);
+        borders.push_back({take, first, opening[unsignedIndex(wholePart((first + 0.5 * way) * rate_hz))]});
+      }
+    }
+  }
+  std::stable_sort(borders.begin(), borders.end(),
+                   [](const Border& a, const Border& b) { return a.opening > b.opening; });
+  const std::size_t stride = borders.size() / kBorders + 1;
+  for (std::size_t i = 0; i < borders.size(); i += stride) {
+    const Border& border = borders[i];
+    std::vector<Seconds> times;
+    for (std::size_t k = 0; k < kBorderFrames; ++k)
+      times.push_back(border.first + asReal(k) / stepRateOf(*border.take));
+    gathered.takeWay(sourceOf(*border.take, times));
+  }
 }
 
 /// Every vowel, held on a note of a rising scale, between consonants that close, round and part the lips.
@@ -190,6 +232,7 @@ JudgedPoses judgedPoses(const Corpus& corpus) {
     const Seconds time = take.motion.timeOf(FrameIndex{random() % (take.motion.frameCount() - 1)});
     gathered.takeStep(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0);
   }
+  takeBorders(takes, corpus.layout, gathered);
   takeSong(corpus, stepRateOf(*takes[0]), gathered);
   return gathered.all();
 }
