@@ -126,7 +126,7 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
 void LiveStream::Data::makeEar() {
   std::vector<LabelledSound> speaker;
   if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
-  ear = std::make_unique<LiveEar>(*setup.language, speaker);
+  ear = std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead);
 }
 
 void LiveStream::Data::makeOwnVoice() {

@@ -12,7 +12,8 @@ namespace mouthpiece {
 namespace {
 
 /// Frames around a frame that tell of its phone, up to 120 ms away.
-constexpr std::array<Eigen::Index, 7> kAround{-12, -8, -4, 0, 4, 8, 12};
+constexpr std::array<Eigen::Index, 7> kAround{-PhoneDiscriminant::kFarthest, -8, -4, 0, 4, 8,
+                                              PhoneDiscriminant::kFarthest};
 /// Parts of phones of fewer frames tell nothing.
 constexpr double kLeastFrames = 20;
 /// So much more spread than is seen is taken to be there: of what is not in the takes.

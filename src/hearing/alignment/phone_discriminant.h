@@ -13,6 +13,8 @@ namespace mouthpiece {
 class PhoneDiscriminant {
  public:
   static constexpr Eigen::Index kParts = 3;
+  /// Frames on either side of a frame, the farthest away, that tell of its phone.
+  static constexpr Eigen::Index kFarthest = 12;
 
   /// Tells nothing.
   PhoneDiscriminant() = default;

@@ -48,7 +48,15 @@ struct PhoneEar::State {
   PhoneLoop::Passage passage{kRemembered};
   Eigen::ArrayXf mean;                      ///< of the cepstra of speech
   float weighs = 0;                         ///< frames that it stands for
-  std::deque<Eigen::ArrayXf> cepstra = {};  ///< the last ones, less the mean
+  std::deque<Eigen::ArrayXf> cepstra = {};  ///< the last ones, three on either side of the frames that are remembered
+  /// Of the last seconds of speech, the oldest frames gone: features whose cepstra have their mean yet, and posteriors.
+  HeardFrames said_on = {};
+  Eigen::Index learnt_until = 0;  ///< frames of the sound before this one are among them, or no speech
+  Eigen::Index heard_again = 0;   ///< frames that there were when the last ones were
+  VoiceTransform voice_on = {};
+  /// Features of the last `count` frames of the sound that goes on, the mean taken off or not.
+  [[nodiscard]] Eigen::MatrixXf featuresOn(Eigen::Index count, bool with_mean) const;
+  void learnVoice(Eigen::Index count);
 };
 
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
@@ -198,23 +206,42 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
 
 namespace {
 
-/// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd"): of the middle of
-/// seven.
-Eigen::VectorXf featuresOf(const std::deque<Eigen::ArrayXf>& seven) {
-  const Eigen::Index size = seven[3].size();
-  Eigen::VectorXf features(3 * size);
-  features << seven[3].matrix(), (seven[5] - seven[1]).matrix(),
-      ((seven[6] - seven[2]) - (seven[4] - seven[0])).matrix();
-  return features;
+constexpr std::size_t kDifferenceReach = 3;  ///< frames on either side that a frame's differences are made of
+/// What goes on is heard again after so many frames more, or, for who is not known, when there is so large a share more
+/// of the speech that tells of his voice, at most so many frames.
+constexpr Eigen::Index kHeardAgain = 16, kFittedShare = 2, kVoiceFrames = 500;
+
+/// The last `count` columns of both side by side, at most.
+Eigen::MatrixXf lastOf(const Eigen::MatrixXf& before, const Eigen::MatrixXf& more, Eigen::Index count) {
+  Eigen::MatrixXf joined(more.rows(), before.cols() + more.cols());
+  if (before.cols() > 0) joined.leftCols(before.cols()) = before;
+  joined.rightCols(more.cols()) = more;
+  return joined.rightCols(std::min(count, joined.cols()));
 }
 
 }  // namespace
+
+/// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd").
+Eigen::MatrixXf PhoneEar::State::featuresOn(Eigen::Index count, bool with_mean) const {
+  const Eigen::Index size = mean.size();
+  Eigen::MatrixXf features(3 * size, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto middle = cepstra.end() - signedIndex(kDifferenceReach) - (count - i);
+    features.col(i) << middle[0].matrix(), (middle[2] - middle[-2]).matrix(),
+        ((middle[3] - middle[-1]) - (middle[1] - middle[-3])).matrix();
+  }
+  if (!with_mean) features.topRows(size).colwise() -= mean.matrix();
+  return features;
+}
 
 std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins, bool is_speech) {
   State& state = *state_;
   if (begins) {
     state.passage = PhoneLoop::Passage(signedIndex(kRemembered));
     state.cepstra.clear();
+    state.said_on = {};
+    state.learnt_until = state.heard_again = 0;
+    state.voice_on = {};
     state.weighs = kUsualWeighs;
     state.mean = state.firstMean();
   }
@@ -224,14 +251,56 @@ std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins,
       state.weighs = std::min(kForgets, state.weighs + 1);
       state.mean += (cepstrum - state.mean) / state.weighs;
     }
-    const Eigen::ArrayXf level = cepstrum - state.mean;
-    if (state.cepstra.empty()) state.cepstra.assign(3, level);  // before the sound begins it is as there
-    state.cepstra.push_back(level);
-    if (state.cepstra.size() > 7) state.cepstra.pop_front();
+    if (state.cepstra.empty())
+      state.cepstra.assign(kDifferenceReach, cepstrum);  // before the sound begins it is as there
+    state.cepstra.emplace_back(cepstrum);
+    if (state.cepstra.size() > kRemembered + 2 * kDifferenceReach) state.cepstra.pop_front();
     SenoneScorer& scorer = state.of_speaker ? *state.of_speaker : state.decoder.scorer();
-    if (state.cepstra.size() == 7) state.loop.hearOn(scorer, featuresOf(state.cepstra), state.passage);
+    if (state.cepstra.size() > 2 * kDifferenceReach)
+      state.loop.hearOn(scorer, state.voice_on(state.featuresOn(1, false)), state.passage);
   }
   return unsignedIndex(state.passage.frames);
+}
+
+/// Adds what was said before the last `count` frames to what the voice is fitted to, and fits it to these, too.
+void PhoneEar::State::learnVoice(Eigen::Index count) {
+  const Eigen::Index more = std::clamp(passage.frames - learnt_until, count, signedIndex(kRemembered));
+  const Eigen::MatrixXf features = featuresOn(more, true), heard = loop.posteriorsOfLast(more, passage);
+  std::vector<Eigen::Index> said;
+  for (Eigen::Index i = 0; i < more - count; ++i) {
+    if (heard(static_cast<Eigen::Index>(Phone::kSil), i) < 0.5F) said.push_back(i);
+  }
+  said_on.features = lastOf(said_on.features, features(Eigen::all, said), kVoiceFrames);
+  said_on.posteriors = lastOf(said_on.posteriors, heard(Eigen::all, said), kVoiceFrames);
+  learnt_until = passage.frames - count;
+  std::vector<HeardFrames> all{{features.rightCols(count), heard.rightCols(count)}};
+  if (said_on.features.cols() > 0) all.push_back(said_on);
+  for (HeardFrames& own : all) own.features.topRows(mean.size()).colwise() -= mean.matrix();
+  voice_on = fitVoice(decoder.scorer().model(), all);
+}
+
+bool PhoneEar::hearAgain(std::size_t count, bool is_clean) {
+  State& state = *state_;
+  const Eigen::Index since = state.passage.frames - state.heard_again;
+  if (!state.of_speaker && !is_clean) state.voice_on = {};
+  const Eigen::Index due =
+      state.of_speaker ? kHeardAgain : std::max(kHeardAgain, state.said_on.features.cols() / kFittedShare);
+  if (since < due || (!state.of_speaker && !is_clean)) return false;
+  state.heard_again = state.passage.frames;
+  Eigen::Index again = signedIndex(count);
+  if (!state.of_speaker) {
+    state.learnVoice(again);
+    state.passage.frames -= again;
+    state.loop.hearOn(state.decoder.scorer(), state.voice_on(state.featuresOn(again, false)), state.passage);
+    return true;
+  }
+  again = std::min(again, since + PhoneDiscriminant::kFarthest);
+  const Eigen::MatrixXf around =
+      state.featuresOn(std::min(again + PhoneDiscriminant::kFarthest, state.passage.frames), false);
+  state.passage.frames -= again;
+  state.loop.hearOn(*state.of_speaker, around.rightCols(again), state.passage,
+                    state.discriminant.logRatios(around).rightCols(again));
+  return true;
 }
 
 Eigen::MatrixXf PhoneEar::posteriorsOfLast(std::size_t count) const {

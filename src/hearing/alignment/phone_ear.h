@@ -52,7 +52,11 @@ class PhoneEar {
   std::size_t hearOn(std::span<const std::int16_t> samples, bool begins, bool is_speech);
   /// posteriors() of the last `count` frames of it, at most kRemembered.
   [[nodiscard]] Eigen::MatrixXf posteriorsOfLast(std::size_t count) const;
-  static constexpr std::size_t kRemembered = 40;
+  /// Hears its last `count` frames again, fewer than kRemembered and than there are, where much more is known by now:
+  /// the level of speech, and the learnt speaker's phones or, where `is_clean`, the voice of the last seconds of
+  /// speech. Returns whether it did.
+  bool hearAgain(std::size_t count, bool is_clean);
+  static constexpr std::size_t kRemembered = 140;
 
  private:
   struct State;

@@ -15,10 +15,14 @@ namespace {
 
 constexpr std::size_t kLevelFrame = 160;  // 10 ms
 constexpr Seconds kHearingStep = 0.010, kHearingShift = 0.008;
-/// A phone that ended so many frames ago is settled: later sound changes little (docs/theory/hearing/recognition.md).
-constexpr std::size_t kSettles = 30;
-/// Frames whose phone is looked for anew at most.
-constexpr std::size_t kMostOpen = 100;
+/// A phone that ended so many frames ago is settled, or as many as the look-ahead has but for those that its last
+/// phones take: later sound changes little (docs/theory/hearing/recognition.md).
+constexpr std::size_t kSettles = 30, kMostSettles = 100, kLastPhones = 20;
+/// With a shorter look-ahead frames of a learnt speaker are shown before they are heard again: 56 ms until a frame is
+/// heard, 120 for what follows it, 160 from one time to the next.
+constexpr Seconds kHeardAgainWithin = 0.34;
+/// A sound that lasts so many frames longer is settled in parts.
+constexpr std::size_t kMostOpen = 70;
 
 /// Levels of the last half minute, and whether the last frames are over their background. As in findSpeech(), but for
 /// what is not there yet.
@@ -46,6 +50,7 @@ class LoudFrames {
     // What stays the same for a second is no speech; before that nobody knows.
     const bool is_loud = is_steady ? bins_.size() < kJudged && db > kQuietDb : db > threshold;
     loud_.push_back(is_loud);
+    quiet_ += is_loud ? 0U : 1U;
     if (loud_.size() > kRemembered) loud_.pop_front();
     ++frames_;
   }
@@ -61,11 +66,14 @@ class LoudFrames {
     return false;
   }
   [[nodiscard]] bool isLoud() const { return !loud_.empty() && loud_.back(); }
+  /// Whether loud and quiet frames lie so far apart that there is little noise, or none was heard alone.
+  [[nodiscard]] bool isClean() const { return quiet_ < kBackground || quantile(0.95) - quantile(0.05) >= kCleanDb; }
 
  private:
   static constexpr double kDifference = 0.97, kLeastDb = -10, kMostDb = 110, kBinDb = 0.5, kQuietDb = 10;
-  static constexpr double kRiseDb = 5, kShareOfRise = 0.30;
-  static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kRemembered = 200;
+  static constexpr double kRiseDb = 5, kShareOfRise = 0.30, kCleanDb = 38;
+  static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kRemembered = 300,
+                               kBackground = 20;
 
   [[nodiscard]] double quantile(double share) const {
     const double wanted = share * asReal(bins_.size());
@@ -81,13 +89,18 @@ class LoudFrames {
   std::array<std::uint32_t, 241> counts_{};
   std::deque<std::uint16_t> bins_;
   std::deque<bool> loud_;
-  std::size_t frames_ = 0;
+  std::size_t frames_ = 0, quiet_ = 0;
 };
 
 }  // namespace
 
 struct LiveEar::State {
-  State(const Language& language, std::span<const LabelledSound> speaker) : ear(language) {
+  State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead)
+      : ear(language),
+        settles(std::clamp(static_cast<std::size_t>(look_ahead / kHearingStep), kSettles + kLastPhones,
+                           kMostSettles + kLastPhones) -
+                kLastPhones),
+        hears_again(speaker.empty() || look_ahead >= kHeardAgainWithin) {
     if (!speaker.empty()) ear.learn(speaker);
   }
 
@@ -96,6 +109,8 @@ struct LiveEar::State {
   std::vector<PhoneSegment> settle();
 
   PhoneEar ear;
+  std::size_t settles;  ///< frames
+  bool hears_again;
   Eigen::MatrixXf likeness = lipLikeness();
   LoudFrames loud;
   std::deque<Eigen::VectorXf> open;  ///< posteriors of the frames that are not settled
@@ -104,8 +119,8 @@ struct LiveEar::State {
   std::vector<PhoneSegment> guess;
 };
 
-LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker)
-    : state_(std::make_unique<State>(language, speaker)) {}
+LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead)
+    : state_(std::make_unique<State>(language, speaker, look_ahead)) {}
 LiveEar::~LiveEar() = default;
 LiveEar::LiveEar(LiveEar&&) noexcept = default;
 LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;
@@ -116,7 +131,9 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples) {
   const std::size_t frames = ear.hearOn(samples, !has_begun, loud.isLoud());
   has_begun = true;
   open.resize(frames - settled);
-  const std::size_t again = std::min({open.size(), PhoneEar::kRemembered, kSettles});
+  const bool is_heard_again =
+      hears_again && frames > settles && ear.hearAgain(std::min(open.size(), settles), loud.isClean());
+  const std::size_t again = std::min(open.size(), is_heard_again ? settles : kSettles);
   const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
   for (std::size_t i = 0; i < again; ++i) {
     Eigen::VectorXf& column = open[open.size() - again + i];
@@ -143,14 +160,14 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   std::vector<HeardPhone> path = likeliestPhones(posteriors, likeness, kFurtherPhone);
   if (path.empty()) return made;
   std::size_t done = 0, next = 0;
-  const std::size_t sure = open.size() - std::min(open.size(), kSettles);
+  const std::size_t sure = open.size() - std::min(open.size(), settles);
   for (; next < path.size() && path[next].end <= sure; ++next) {
     made.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
     done = path[next].end;
   }
   // A long silence, or sound, is settled in parts.
-  const bool is_long = next < path.size() && sure > done &&
-                       (path[next].phone == Phone::kSil ? sure - done > kSettles : sure - done > kMostOpen - kSettles);
+  const bool is_long =
+      next < path.size() && sure > done && sure - done > (path[next].phone == Phone::kSil ? kSettles : kMostOpen);
   if (is_long) {
     made.push_back(segmentOf(path[next].phone, done, sure));
     done = path[next].first = sure;

@@ -19,8 +19,10 @@ class LiveEar {
   /// Samples that are heard at once: 40 ms.
   static constexpr std::size_t kHop = 640;
 
-  /// `speaker`: sounds of the person who will speak (PhoneEar::learn). Throws InputError without an acoustic model.
-  explicit LiveEar(const Language& language = english(), std::span<const LabelledSound> speaker = {});
+  /// `speaker`: sounds of the person who will speak (PhoneEar::learn). `look_ahead`: so long phones may wait until they
+  /// are settled. Throws InputError without an acoustic model.
+  explicit LiveEar(const Language& language = english(), std::span<const LabelledSound> speaker = {},
+                   Seconds look_ahead = 0);
   ~LiveEar();
   LiveEar(LiveEar&&) noexcept;
   LiveEar& operator=(LiveEar&&) noexcept;
