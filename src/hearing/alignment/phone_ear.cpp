@@ -207,9 +207,9 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
 namespace {
 
 constexpr std::size_t kDifferenceReach = 3;  ///< frames on either side that a frame's differences are made of
-/// What goes on is heard again after so many frames more, or, for who is not known, when there is so large a share more
-/// of the speech that tells of his voice, at most so many frames.
-constexpr Eigen::Index kHeardAgain = 16, kFittedShare = 2, kVoiceFrames = 500;
+/// What goes on is heard again after so many frames more, or, for who is not known, after as many as tell of his voice,
+/// at most so many.
+constexpr Eigen::Index kHeardAgain = 16, kVoiceFrames = 500;
 
 /// The last `count` columns of both side by side, at most.
 Eigen::MatrixXf lastOf(const Eigen::MatrixXf& before, const Eigen::MatrixXf& more, Eigen::Index count) {
@@ -283,8 +283,7 @@ bool PhoneEar::hearAgain(std::size_t count, bool is_clean) {
   State& state = *state_;
   const Eigen::Index since = state.passage.frames - state.heard_again;
   if (!state.of_speaker && !is_clean) state.voice_on = {};
-  const Eigen::Index due =
-      state.of_speaker ? kHeardAgain : std::max(kHeardAgain, state.said_on.features.cols() / kFittedShare);
+  const Eigen::Index due = state.of_speaker ? kHeardAgain : std::max(kHeardAgain, state.said_on.features.cols());
   if (since < due || (!state.of_speaker && !is_clean)) return false;
   state.heard_again = state.passage.frames;
   Eigen::Index again = signedIndex(count);
