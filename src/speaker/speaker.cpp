@@ -387,17 +387,18 @@ Performance Speaker::perform(const Line& given) {
                                  data_->synthesisFor(line),
                                  std::move(sound.line.units),
                                  std::move(sound.tags)};
-  SynthesisedLine synthesised = synthesiseForPieces(request, data_->corpus.data().units, sound.line.audio);
   auto made = std::make_shared<Performance::Data>();
   made->face = data_->face;
   made->corpus = data_->corpus;
   made->actor = data_->corpus.data().actor;
   if (!data_->edits.empty()) made->edits = data_->edits;
   made->tells_timing = data_->options.timing;
-  made->later = std::move(synthesised.motion);
   UtteranceAnimation& animation = made->animation;
+  animation.audio = std::move(sound.line.audio);  // where motion that is made later looks for it
+  SynthesisedLine synthesised = synthesiseForPieces(request, data_->corpus.data().units, animation.audio);
+  made->later = std::move(synthesised.motion);
+  synthesised.animation.audio = std::move(animation.audio);
   animation = std::move(synthesised.animation);
-  animation.audio = std::move(sound.line.audio);
   animation.corpus = data_->corpus.name();
   if (data_->options.page_engine) {
     SynthesisRequest again = request;
