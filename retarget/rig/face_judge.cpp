@@ -2,36 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <set>
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
-#include "deform/mesh/triangle_tree.h"
-#include "deform/mesh/welding.h"
+#include "retarget/rig/judged_head.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr double kTouchMm = 0.3;    ///< lips nearer than this touch
-constexpr double kSeenMm = 0.5;     ///< nobody sees through slits that are no taller
-constexpr double kNearMm = 1;       ///< and can be told to lie in each other
-constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
-constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
-constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
-constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
-constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
-constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip's way to the teeth
-constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
-constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the points where lips are measured
-constexpr std::size_t kMostShown = 400;
-constexpr double kTearsFrom = 5.0 / 6;  ///< of a limit: what comes so near to it in these poses may break it in others
+constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
+constexpr double kSeenMm = 0.5;   ///< nobody sees through slits that are no taller
+constexpr double kNearMm = 1;     ///< and can be told to lie in each other
 
 constexpr std::array<FaceLimit, 12> kLimits{{
     {"closures", 95, "%", true},
@@ -48,378 +33,178 @@ constexpr std::array<FaceLimit, 12> kLimits{{
     {"warp fold-overs in use", 0, "", false},
 }};
 
-using Vector3f = Eigen::Vector3f;
-
-/// What is looked at, found once.
-class Judge {
- public:
-  Judge(const FaceRig& rig, const FaceFile& face)
-      : face_(face),
-        mm_(1000 * rig.mesh().metres_per_unit),
-        welding_(weldSplitTriangles(rig.mesh())),
-        mesh_(welding_.isNothing() ? rig.mesh() : welding_.mesh),
-        meter_(mesh_, face.control, kSampleShare),
-        at_rest_(meter_.measure(mesh_.vertices)) {
-    findMoving();
-    findEdges();
-    findTriangles();
-    findMarkers();
-  }
-
-  /// `motion`: of `poses`.
-  [[nodiscard]] FaceJudgement judge(const FaceRig& rig, const FaceMotion& motion, const JudgedPoses& poses) const;
-  [[nodiscard]] FaceJudgement judge(const VertexPositions& pose, const JudgedPoses::Row& row) const;
-  /// Adds what is found of the warp.
-  void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
-
- private:
-  struct Edge {
-    std::uint32_t from, to;
-    float length;
-  };
-  struct Worst {
-    double value = 0;
-    std::size_t item = 0;
-    void take(double now, std::size_t at) {
-      if (now > value) *this = {now, at};
-    }
-  };
-  /// What one pose shows.
-  struct Seen {
-    LipContact contact;
-    bool is_measured = false;
-    Worst ratio, growth, jump;
-    double jump_mm = 0, turned_mm2 = 0;
-    std::vector<std::uint32_t> turned, stretched, jumped, torn;
-    double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
-  };
-
-  void findMoving();
-  void findEdges();
-  void findTriangles();
-  void findMarkers();
-  void lookAtEdges(const VertexPositions& now, Seen& seen) const;
-  void lookAtTriangles(const VertexPositions& now, Seen& seen) const;
-  void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
-                  std::span<const LipPose> lips, Seen& seen) const;
-  void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const;
-  [[nodiscard]] FaceJudgement sumUp(std::span<const Seen> seen, std::span<const JudgedPoses::Row> rows) const;
-  [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
-  [[nodiscard]] std::vector<std::uint32_t> trianglesAt(const std::vector<std::uint32_t>& vertices) const;
-
-  const FaceFile& face_;
-  double mm_;
-  Welding welding_;
-  const FaceMesh& mesh_;
-  LipContactMeter meter_;
-  LipContact at_rest_;
-  std::vector<PartKind> kinds_;
-  std::vector<bool> moves_;
-  std::vector<Edge> edges_;
-  std::vector<Triangle> moving_;           ///< triangles on the control surface
-  std::vector<std::uint32_t> moving_ids_;  ///< their numbers
-  std::vector<double> areas_mm2_;          ///< and areas at rest
-  /// Of `moving_`: pairs over an edge that is not folded at rest.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
-  std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
-  std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
-  std::vector<std::int32_t> patch_;            ///< of each vertex
-  std::vector<std::uint32_t> skin_at_;         ///< vertex of the skin under each marker
-  std::vector<bool> is_lip_;
+/// Rows of the poses that show most of something.
+struct WorstRows {
+  std::size_t ratio, growth, jump, turned, overlap, teeth, tongue, open;
 };
 
-void Judge::findMoving() {
-  kinds_ = vertexKinds(mesh_);
-  const FaceBinding binding = welding_.isNothing() ? face_.binding : weldedBinding(face_.binding, welding_);
-  patch_.assign(mesh_.vertexCount(), -1);
-  moves_.assign(mesh_.vertexCount(), false);
-  for (std::size_t v = 0; v < mesh_.vertexCount(); ++v) {
-    if (kinds_[v] == PartKind::kTongue) continue;
-    if (binding.patch[v] >= 0 && binding.skin_weight[v] > 0) patch_[v] = binding.patch[v];
-    moves_[v] = patch_[v] >= 0 || binding.jaw_weight[v] > 0;
-  }
-}
+/// What is seen in poses of a head, summed up.
+class Summary {
+ public:
+  Summary(const JudgedHead& head, std::span<const PoseSeen> seen, std::span<const JudgedPoses::Row> rows)
+      : head_(head), seen_(seen), rows_(rows) {}
 
-void Judge::findEdges() {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (const Triangle& t : mesh_.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-      const bool is_tongue = kinds_[low] == PartKind::kTongue || kinds_[high] == PartKind::kTongue;
-      if ((moves_[low] || moves_[high]) && !is_tongue) pairs.emplace_back(low, high);
+  [[nodiscard]] FaceJudgement judge() const {
+    FaceJudgement found;
+    found.poses = rows_.size();
+    if (rows_.empty()) return found;
+    const WorstRows worst = worstRows();
+    measure(worst, found);
+    measureColumns(found);
+    tellOfLips(worst, found);
+    tellOfSkin(worst, found);
+    return found;
+  }
+
+ private:
+  [[nodiscard]] double gapOf(std::size_t row) const { return head_.mm() * seen_[row].contact.gap; }
+  [[nodiscard]] double slitOf(std::size_t row) const {
+    return head_.mm() * *std::max_element(seen_[row].contact.slits.begin(), seen_[row].contact.slits.end());
+  }
+  /// Of lips that are apart it cannot be told what is in front and what behind.
+  [[nodiscard]] double overlapOf(std::size_t row) const {
+    return seen_[row].is_measured && gapOf(row) <= kNearMm ? seen_[row].contact.overlap
+                                                           : head_.atRest().seeming_overlap;
+  }
+  [[nodiscard]] WorstRows worstRows() const;
+  void measure(const WorstRows& worst, FaceJudgement& found) const;
+  void measureColumns(FaceJudgement& found) const;
+  void tellOfLips(const WorstRows& worst, FaceJudgement& found) const;
+  void tellOfSkin(const WorstRows& worst, FaceJudgement& found) const;
+  void tell(FaceJudgement& found, std::string_view limit, const std::string& what, std::vector<std::uint32_t> triangles,
+            std::optional<std::size_t> row = {}) const {
+    found.faults.push_back(
+        {limit, row ? fmt::format("{} in {}", what, rows_[*row].where) : what, std::move(triangles), row});
+  }
+
+  const JudgedHead& head_;
+  std::span<const PoseSeen> seen_;
+  std::span<const JudgedPoses::Row> rows_;
+};
+
+WorstRows Summary::worstRows() const {
+  const auto by = [&](const auto& valueOf) {
+    std::size_t worst = 0;
+    for (std::size_t row = 1; row < rows_.size(); ++row) {
+      if (valueOf(row) > valueOf(worst)) worst = row;
     }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (const auto& [from, to] : pairs)
-    edges_.push_back({from, to, (mesh_.vertices.row(from) - mesh_.vertices.row(to)).norm()});
-}
-
-/// Unit normals.
-void findDirections(const VertexPositions& vertices, const std::vector<Triangle>& triangles,
-                    VertexPositions& directions) {
-  directions.resize(signedIndex(triangles.size()), 3);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Triangle& t = triangles[i];
-    const Vector3f a = vertices.row(t[0]), b = vertices.row(t[1]), c = vertices.row(t[2]);
-    const Vector3f across = (b - a).cross(c - a);
-    directions.row(signedIndex(i)) = across.transpose() / std::max(across.norm(), 1e-30F);
-  }
-}
-
-void Judge::findTriangles() {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> over_edge;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;
-  for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-    const Triangle& t = mesh_.triangles[i];
-    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0 && isSkin(kinds_[v]); }))
-      continue;
-    const Vector3f a = mesh_.vertices.row(t[0]), b = mesh_.vertices.row(t[1]), c = mesh_.vertices.row(t[2]);
-    const double area_mm2 = mm_ * mm_ * 0.5 * double{(b - a).cross(c - a).norm()};
-    if (area_mm2 < kLeastAreaMm2) continue;
-    areas_mm2_.push_back(area_mm2);
-    const auto here = static_cast<std::uint32_t>(moving_.size());
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [first, is_new] = over_edge.emplace(std::minmax(t[k], t[(k + 1) % 3]), here);
-      if (!is_new) neighbours.emplace_back(first->second, here);
-    }
-    moving_.push_back(t);
-    moving_ids_.push_back(i);
-  }
-  VertexPositions directions;
-  findDirections(mesh_.vertices, moving_, directions);
-  for (const auto& [one, other] : neighbours) {
-    if (double{directions.row(one).dot(directions.row(other))} > kUnfolded) neighbours_.emplace_back(one, other);
-  }
-}
-
-void Judge::findMarkers() {
-  const ControlMesh& control = face_.control;
-  std::vector<std::vector<int>> markers_of_point(control.points.size()), opposite_of_point = markers_of_point;
-  const auto add = [](std::vector<int>& all, const std::vector<int>& more) {
-    all.insert(all.end(), more.begin(), more.end());
+    return worst;
   };
-  for (std::size_t i = 0; i < control.points.size(); ++i) {
-    const ControlPoint& point = control.points[i];
-    if (i < control.marker_count) markers_of_point[i] = {static_cast<int>(i)};
-    if (point.opposite >= 0) opposite_of_point[i] = {control.points[unsignedIndex(point.opposite)].drivers[0].point};
-    for (const PointDriver& driver : point.drivers) {
-      if (std::abs(driver.weight) < kOwnMarker) continue;
-      add(markers_of_point[i], markers_of_point[unsignedIndex(driver.point)]);
-      // What lies between a lip's rim and its markers goes along with both.
-      add(opposite_of_point[i], opposite_of_point[unsignedIndex(driver.point)]);
+  return {.ratio = by([&](std::size_t row) { return seen_[row].ratio.value; }),
+          .growth = by([&](std::size_t row) { return seen_[row].growth.value; }),
+          .jump = by([&](std::size_t row) { return seen_[row].jump.value; }),
+          .turned = by([&](std::size_t row) { return seen_[row].turned_mm2; }),
+          .overlap = by([&](std::size_t row) { return overlapOf(row); }),
+          .teeth = by([&](std::size_t row) { return seen_[row].contact.in_teeth; }),
+          .tongue = by([&](std::size_t row) { return seen_[row].contact.in_tongue; }),
+          .open = by([&](std::size_t row) { return rows_[row].closed ? std::max(gapOf(row), slitOf(row)) : -1; })};
+}
+
+void Summary::measure(const WorstRows& worst, FaceJudgement& found) const {
+  double markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
+  std::set<std::uint32_t> torn;
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const PoseSeen& here = seen_[row];
+    found.steps += rows_[row].follows ? 1U : 0U;
+    markers += here.marker_squares;
+    skin += here.skin_squares;
+    lip_markers += here.lip_marker_squares;
+    lip_skin += here.lip_skin_squares;
+    found.closures += rows_[row].closed ? 1U : 0U;
+    found.touching += rows_[row].closed && gapOf(row) <= kTouchMm && slitOf(row) <= kSeenMm ? 1U : 0U;
+    torn.insert(here.torn.begin(), here.torn.end());
+  }
+  for (const std::uint32_t v : torn) found.torn.push_back(head_.givenOf(v));
+  const LipContact& rest = head_.atRest();
+  found.edge_ratio = seen_[worst.ratio].ratio.value;
+  found.edge_growth_mm = seen_[worst.growth].growth.value;
+  found.jump_ratio = seen_[worst.jump].jump.value;
+  found.turned_over_mm2 = seen_[worst.turned].turned_mm2;
+  found.lips_overlap_mm = head_.mm() * std::max(0.0, overlapOf(worst.overlap) - rest.seeming_overlap);
+  found.in_teeth_mm = head_.mm() * std::max(0.0, seen_[worst.teeth].contact.in_teeth - rest.in_teeth);
+  found.in_tongue_mm = head_.mm() * std::max(0.0, seen_[worst.tongue].contact.in_tongue - rest.in_tongue);
+  found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;
+  found.lip_motion_share = lip_markers > 0 ? std::sqrt(lip_skin / lip_markers) : 1;
+}
+
+void Summary::measureColumns(FaceJudgement& found) const {
+  for (std::size_t c = 0; c < found.left_open.size(); ++c) {
+    std::vector<double> gaps;
+    for (std::size_t row = 0; row < rows_.size(); ++row) {
+      if (rows_[row].closed) gaps.push_back(std::max({0.0, seen_[row].contact.gaps[c], seen_[row].contact.slits[c]}));
     }
+    if (gaps.empty()) continue;
+    const auto most = gaps.begin() + signedIndex(gaps.size() * 4 / 5);
+    std::nth_element(gaps.begin(), most, gaps.end());
+    found.left_open[c] = *most;
   }
-  for (const auto& triangle : control.triangles) {
-    auto& markers = markers_of_.emplace_back();
-    auto& opposite = opposite_of_.emplace_back();
-    for (const int point : triangle) {
-      add(opposite, opposite_of_point[unsignedIndex(point)]);
-      add(markers, markers_of_point[unsignedIndex(point)]);
-    }
-  }
-  const std::vector<Triangle> skin = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips});
-  const TriangleTree tree(mesh_.vertices, skin);
-  for (std::size_t i = 0; i < control.marker_count; ++i) {
-    const auto foot = tree.closest(control.rest.row(signedIndex(i)).transpose());
-    Eigen::Index corner = 0;
-    if (foot) foot->weights.maxCoeff(&corner);
-    skin_at_.push_back(foot ? skin[foot->triangle][unsignedIndex(corner)] : 0);
-    is_lip_.push_back(lipSideOf(face_.marker_names[i]) != LipSide::kNone);
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    if (!seen_[row].is_measured || gapOf(row) > kNearMm) continue;
+    for (std::size_t c = 0; c < kLipColumns; ++c)
+      found.overlaps[c] = std::max(found.overlaps[c], seen_[row].contact.overlaps[c] - head_.atRest().seeming_overlap);
   }
 }
 
-void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
-  const auto least = asFloat(kLeastEdgeMm / mm_);
-  const double most_growth = limitNamed("stretch"), most_ratio = limitNamed("edge length");
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const Edge& edge = edges_[i];
-    const float length = (now.row(edge.from) - now.row(edge.to)).norm();
-    const double growth = mm_ * double{length - edge.length};
-    const double ratio = double{std::max(length, least) / std::max(edge.length, least)};
-    seen.growth.take(growth, i);
-    seen.ratio.take(ratio, i);
-    if (growth > most_growth || ratio > most_ratio) {
-      seen.stretched.push_back(edge.from);
-      seen.stretched.push_back(edge.to);
-    }
-    if (growth > kTearsFrom * most_growth || ratio > kTearsFrom * most_ratio) {
-      seen.torn.push_back(edge.from);
-      seen.torn.push_back(edge.to);
-    }
-  }
+void Summary::tellOfLips(const WorstRows& worst, FaceJudgement& found) const {
+  if (100 * asReal(found.touching) < limitNamed("closures") * asReal(found.closures))
+    tell(found, "closures",
+         fmt::format("{} of {} captured closures touch within {} mm; the widest leaves {:.2f} mm", found.touching,
+                     found.closures, kTouchMm, std::max(gapOf(worst.open), slitOf(worst.open))),
+         head_.mouth(), worst.open);
+  if (found.lips_overlap_mm > limitNamed("lips in each other"))
+    tell(found, "lips in each other",
+         fmt::format("the lips get {:.2f} mm into each other, {:.2f} mm more than the head's own",
+                     head_.mm() * seen_[worst.overlap].contact.overlap, found.lips_overlap_mm),
+         head_.mouth(), worst.overlap);
+  if (found.in_teeth_mm > limitNamed("lips in the teeth"))
+    tell(found, "lips in the teeth", fmt::format("a lip gets {:.2f} mm into the teeth", found.in_teeth_mm),
+         head_.mouth(), worst.teeth);
+  if (found.in_tongue_mm > limitNamed("lips in the tongue"))
+    tell(found, "lips in the tongue", fmt::format("a lip gets {:.2f} mm into the tongue", found.in_tongue_mm),
+         head_.mouth(), worst.tongue);
 }
 
-void Judge::lookAtTriangles(const VertexPositions& now, Seen& seen) const {
-  thread_local VertexPositions directions;
-  findDirections(now, moving_, directions);
-  std::vector<std::uint8_t> folds(moving_.size(), 0);
-  for (const auto& [one, other] : neighbours_) {
-    if (double{directions.row(one).dot(directions.row(other))} >= kFolded) continue;
-    for (const std::uint32_t i : {one, other}) {
-      // Over one edge skin may fold, as pressed lips do; over two the triangle lies the wrong way round.
-      if (++folds[i] != 2) continue;
-      seen.turned.push_back(moving_ids_[i]);
-      seen.turned_mm2 += areas_mm2_[i];
-      seen.torn.insert(seen.torn.end(), moving_[i].begin(), moving_[i].end());
-    }
-  }
+void Summary::tellOfSkin(const WorstRows& worst, FaceJudgement& found) const {
+  const PoseSeen &longest = seen_[worst.ratio], &most_grown = seen_[worst.growth], &turned = seen_[worst.turned],
+                 &jumped = seen_[worst.jump];
+  if (found.edge_ratio > limitNamed("edge length"))
+    tell(found, "edge length",
+         head_.edgeText(longest.ratio.item, fmt::format("{:.1f} times as long", found.edge_ratio)),
+         head_.trianglesAt(longest.stretched), worst.ratio);
+  if (found.edge_growth_mm > limitNamed("stretch"))
+    tell(found, "stretch",
+         head_.edgeText(most_grown.growth.item, fmt::format("{:.1f} mm longer", found.edge_growth_mm)),
+         head_.trianglesAt(most_grown.stretched), worst.growth);
+  if (found.turned_over_mm2 > limitNamed("triangles turned over"))
+    tell(found, "triangles turned over",
+         fmt::format("{} triangles, {:.1f} square millimetres at rest, turn over, first at {}", turned.turned.size(),
+                     found.turned_over_mm2, head_.placeOf(head_.mesh().triangles[turned.turned[0]][0])),
+         turned.turned, worst.turned);
+  if (found.jump_ratio > limitNamed("vertex jump"))
+    tell(found, "vertex jump",
+         fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as its markers",
+                     head_.placeOf(static_cast<std::uint32_t>(jumped.jump.item)), jumped.jump_mm, found.jump_ratio),
+         head_.trianglesAt(jumped.jumped), worst.jump);
+  if (100 * found.motion_share < limitNamed("motion"))
+    tell(found, "motion", fmt::format("the skin moves {:.0f} % of what the markers on it do", 100 * found.motion_share),
+         {});
+  if (100 * found.lip_motion_share < limitNamed("lip motion"))
+    tell(found, "lip motion",
+         fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share),
+         head_.mouth());
 }
 
-void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion,
-                       std::size_t row, std::span<const LipPose> lips, Seen& seen) const {
-  const auto marker_step = [&](int marker) {
-    const auto step = motion.markers().block<1, 3>(signedIndex(row), 3 * marker) -
-                      motion.markers().block<1, 3>(signedIndex(row) - 1, 3 * marker);
-    return mm_ * step.norm();
-  };
-  const auto largest_step = [&](const std::vector<int>& markers) {
-    double largest = 0;
-    for (const int marker : markers) largest = std::max(largest, marker_step(marker));
-    return largest;
-  };
-  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows: as far as
-  // that they go by themselves.
-  const double told =
-      mm_ * kToldShare * face_.control.mouth_width *
-      double{std::max(std::abs(lips[row].tuck - lips[row - 1].tuck), std::abs(lips[row].seal - lips[row - 1].seal))};
-  std::vector<double> steps, by_themselves;
-  for (std::size_t p = 0; p < markers_of_.size(); ++p) {
-    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
-    by_themselves.push_back(opposite_of_[p].empty() ? 0 : told);
-  }
-  const double most = limitNamed("vertex jump");
-  for (std::uint32_t v = 0; v < patch_.size(); ++v) {
-    if (patch_[v] < 0) continue;
-    const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
-    const double ratio = (step - by_themselves[unsignedIndex(patch_[v])]) / steps[unsignedIndex(patch_[v])];
-    if (ratio > seen.jump.value) seen.jump_mm = step;
-    seen.jump.take(ratio, v);
-    if (ratio > most) seen.jumped.push_back(v);
-    if (ratio > kTearsFrom * most) seen.torn.push_back(v);
-  }
-}
-
-void Judge::lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const {
-  for (std::size_t i = 0; i < skin_at_.size(); ++i) {
-    const double marker =
-        (motion.markers().block<1, 3>(signedIndex(row), 3 * signedIndex(i)) - face_.marker_targets.row(signedIndex(i)))
-            .squaredNorm();
-    const double skin = double{(now.row(skin_at_[i]) - mesh_.vertices.row(skin_at_[i])).squaredNorm()};
-    seen.marker_squares += marker;
-    seen.skin_squares += skin;
-    if (!is_lip_[i]) continue;
-    seen.lip_marker_squares += marker;
-    seen.lip_skin_squares += skin;
-  }
-}
-
-/// The Jacobian where markers are in the poses, and skin between them: the way back from the head is fitted the other
-/// way round, near enough to look at a sign.
-void Judge::lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const {
-  constexpr std::size_t kPoses = 60, kSkin = 150;
-  const RbfWarp warp = RbfWarp::fit(face_.actor_neutral_mm, face_.marker_targets, face_.warp);
-  const RbfWarp back = RbfWarp::fit(face_.marker_targets, face_.actor_neutral_mm, face_.warp);
-  std::vector<std::uint32_t> skin;
-  for (std::uint32_t v = 0; v < patch_.size(); ++v) {
-    if (patch_[v] >= 0 && isSkin(kinds_[v])) skin.push_back(v);
-  }
-  const std::size_t stride = skin.size() / kSkin + 1;
-  MarkerPositions places(signedIndex((skin.size() + stride - 1) / stride), 3);
-  for (Eigen::Index i = 0; i < places.rows(); ++i)
-    places.row(i) = mesh_.vertices.row(skin[unsignedIndex(i) * stride]).cast<double>();
-  const MarkerPositions at_rest = skin.empty() ? places : back.targetFromActor(places);
-  std::vector<Eigen::Index> nearest(unsignedIndex(at_rest.rows()));
-  for (Eigen::Index i = 0; i < at_rest.rows(); ++i)
-    (face_.actor_neutral_mm.rowwise() - at_rest.row(i)).rowwise().squaredNorm().minCoeff(&nearest[unsignedIndex(i)]);
-  const CompletedMarkers moved =
-      completedMarkers(poses.motion, actor.neutral_mm, face_.control, face_.actor_neutral_mm);
-  // A mirrored target is negative everywhere: what counts is the sign in the middle.
-  const double usual = warp.jacobian(face_.actor_neutral_mm.colwise().mean().transpose()).determinant();
-  const std::size_t step = poses.rows.size() / kPoses + 1;
-  std::vector<std::size_t> rows;
-  for (std::size_t row = 0; row < poses.rows.size(); row += step) rows.push_back(row);
-  struct At {
-    double least = std::numeric_limits<double>::infinity();
-    std::size_t folds = 0;
-    Eigen::Index marker = 0;
-  };
-  std::vector<At> at(rows.size());
-  parallelFor(rows.size(), [&](std::size_t r) {
-    const auto look = [&](const Eigen::Vector3d& place, Eigen::Index marker) {
-      const double share = warp.jacobian(place).determinant() / usual;
-      at[r].folds += share > 0 ? 0U : 1U;
-      if (share < at[r].least) {
-        at[r].least = share;
-        at[r].marker = marker;
-      }
-    };
-    const auto row = signedIndex(rows[r]);
-    const auto move = [&](Eigen::Index marker) -> Eigen::Vector3d {
-      return (moved.positions_mm.block<1, 3>(row, 3 * marker) - moved.neutral_mm.row(marker)).transpose();
-    };
-    // RbfWarp::targetFromActorRelative looks where the actor's own markers are, whoever the warp was fitted to.
-    for (Eigen::Index m = 0; m < moved.neutral_mm.rows(); ++m)
-      look(moved.positions_mm.block<1, 3>(row, 3 * m).transpose(), m);
-    for (Eigen::Index i = 0; i < at_rest.rows(); ++i) {
-      const Eigen::Index marker = nearest[unsignedIndex(i)];
-      look(at_rest.row(i).transpose() + move(marker), marker);
-    }
-  });
-  found.warp_stretch_least = std::numeric_limits<double>::infinity();
-  std::size_t worst = 0;
-  for (std::size_t r = 0; r < at.size(); ++r) {
-    found.warp_points += unsignedIndex(moved.neutral_mm.rows() + at_rest.rows());
-    found.warp_folds += at[r].folds;
-    if (at[r].least >= found.warp_stretch_least) continue;
-    found.warp_stretch_least = at[r].least;
-    worst = r;
-  }
-  if (found.warp_folds == 0) return;
-  const std::string& marker = face_.marker_names[unsignedIndex(at[worst].marker)];
-  found.faults.push_back(
-      {"warp fold-overs in use",
-       fmt::format("the warp folds over at {} of {} places of poses, most beside {} in {}; check the "
-                   "anchors there",
-                   found.warp_folds, found.warp_points, marker, poses.rows[rows[worst]].where),
-       trianglesAt({skin_at_[unsignedIndex(at[worst].marker)]}), rows[worst]});
-}
-
-std::string Judge::placeOf(std::uint32_t vertex) const {
-  Eigen::Index nearest = 0;
-  (face_.marker_targets.rowwise() - mesh_.vertices.row(vertex).cast<double>())
-      .rowwise()
-      .squaredNorm()
-      .minCoeff(&nearest);
-  return fmt::format("vertex {} beside {}", welding_.isNothing() ? vertex : welding_.given_of[vertex],
-                     face_.marker_names[unsignedIndex(nearest)]);
-}
-
-std::vector<std::uint32_t> Judge::trianglesAt(const std::vector<std::uint32_t>& vertices) const {
-  std::vector<bool> is_in(mesh_.vertexCount(), false);
-  for (const std::uint32_t v : vertices) is_in[v] = true;
-  std::vector<std::uint32_t> found;
-  for (std::uint32_t i = 0; i < mesh_.triangles.size() && found.size() < kMostShown; ++i) {
-    const Triangle& t = mesh_.triangles[i];
-    if (is_in[t[0]] || is_in[t[1]] || is_in[t[2]]) found.push_back(i);
-  }
-  return found;
-}
-
-FaceJudgement Judge::judge(const FaceRig& rig, const FaceMotion& motion, const JudgedPoses& poses) const {
+FaceJudgement judgePoses(const JudgedHead& head, const FaceRig& rig, const FaceMotion& motion,
+                         const JudgedPoses& poses) {
   const std::size_t count = poses.rows.size();
-  std::vector<Seen> seen(count);
+  std::vector<PoseSeen> seen(count);
   const auto look = [&](std::size_t row) {
-    VertexPositions now;
-    rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], now);
-    if (!welding_.isNothing()) now = welding_.weldedFromGiven(now);
+    VertexPositions deformed;
+    rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], deformed);
+    VertexPositions now = head.welded(std::move(deformed));
     if (poses.rows[row].is_way) return now;
-    Seen& here = seen[row];
-    lookAtEdges(now, here);
-    lookAtTriangles(now, here);
-    lookAtMotion(now, motion, row, here);
-    here.is_measured = poses.rows[row].closed || row % 4 == 0;
-    if (here.is_measured) here.contact = meter_.measure(now);
+    head.lookAtPose(now, poses.rows[row].closed || row % 4 == 0, seen[row]);
+    head.lookAtMotion(now, motion, row, seen[row]);
     return now;
   };
   parallelFor(count, [&](std::size_t row) {
@@ -427,141 +212,11 @@ FaceJudgement Judge::judge(const FaceRig& rig, const FaceMotion& motion, const J
     VertexPositions before = look(row);
     while (++row < count && poses.rows[row].follows) {
       VertexPositions now = look(row);
-      lookAtStep(before, now, motion, row, poses.lips, seen[row]);
+      head.lookAtStep(before, now, motion, row, poses.lips, seen[row]);
       before = std::move(now);
     }
   });
-  return sumUp(seen, poses.rows);
-}
-
-FaceJudgement Judge::judge(const VertexPositions& pose, const JudgedPoses::Row& row) const {
-  const VertexPositions now = welding_.isNothing() ? pose : welding_.weldedFromGiven(pose);
-  Seen seen;
-  lookAtEdges(now, seen);
-  lookAtTriangles(now, seen);
-  seen.is_measured = true;
-  seen.contact = meter_.measure(now);
-  return sumUp({&seen, 1}, {&row, 1});
-}
-
-FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPoses::Row> rows) const {
-  const std::size_t count = rows.size();
-  FaceJudgement found;
-  found.poses = count;
-  if (count == 0) return found;
-  const auto faultIf = [&](bool is_fault, std::string_view limit, const std::string& what,
-                           const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
-    if (is_fault)
-      found.faults.push_back({limit, row ? fmt::format("{} in {}", what, rows[*row].where) : what, triangles, row});
-  };
-  /// The pose that shows most of something.
-  const auto worstBy = [&](const auto& valueOf) {
-    std::size_t worst = 0;
-    for (std::size_t row = 1; row < count; ++row) {
-      if (valueOf(row) > valueOf(worst)) worst = row;
-    }
-    return worst;
-  };
-  const auto gapOf = [&](std::size_t row) { return mm_ * seen[row].contact.gap; };
-  const auto slitOf = [&](std::size_t row) {
-    return mm_ * *std::max_element(seen[row].contact.slits.begin(), seen[row].contact.slits.end());
-  };
-  // Of lips that are apart it cannot be told what is in front and what behind.
-  const auto overlapOf = [&](std::size_t row) {
-    return seen[row].is_measured && gapOf(row) <= kNearMm ? seen[row].contact.overlap : at_rest_.seeming_overlap;
-  };
-  const std::size_t ratio = worstBy([&](std::size_t row) { return seen[row].ratio.value; });
-  const std::size_t growth = worstBy([&](std::size_t row) { return seen[row].growth.value; });
-  const std::size_t jump = worstBy([&](std::size_t row) { return seen[row].jump.value; });
-  const std::size_t turned = worstBy([&](std::size_t row) { return seen[row].turned_mm2; });
-  const std::size_t overlap = worstBy(overlapOf);
-  const std::size_t teeth = worstBy([&](std::size_t row) { return seen[row].contact.in_teeth; });
-  const std::size_t tongue = worstBy([&](std::size_t row) { return seen[row].contact.in_tongue; });
-  const std::size_t open =
-      worstBy([&](std::size_t row) { return rows[row].closed ? std::max(gapOf(row), slitOf(row)) : -1; });
-  double markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
-  for (std::size_t row = 0; row < count; ++row) {
-    found.steps += rows[row].follows ? 1U : 0U;
-    markers += seen[row].marker_squares;
-    skin += seen[row].skin_squares;
-    lip_markers += seen[row].lip_marker_squares;
-    lip_skin += seen[row].lip_skin_squares;
-    found.closures += rows[row].closed ? 1U : 0U;
-    found.touching += rows[row].closed && gapOf(row) <= kTouchMm && slitOf(row) <= kSeenMm ? 1U : 0U;
-  }
-  std::set<std::uint32_t> torn;
-  for (const Seen& here : seen) torn.insert(here.torn.begin(), here.torn.end());
-  for (const std::uint32_t v : torn) found.torn.push_back(welding_.isNothing() ? v : welding_.given_of[v]);
-  for (std::size_t c = 0; c < found.left_open.size(); ++c) {
-    std::vector<double> gaps;
-    for (std::size_t row = 0; row < count; ++row) {
-      if (rows[row].closed) gaps.push_back(std::max({0.0, seen[row].contact.gaps[c], seen[row].contact.slits[c]}));
-    }
-    if (gaps.empty()) continue;
-    const auto most = gaps.begin() + signedIndex(gaps.size() * 4 / 5);
-    std::nth_element(gaps.begin(), most, gaps.end());
-    found.left_open[c] = *most;
-  }
-  for (std::size_t row = 0; row < count; ++row) {
-    if (!seen[row].is_measured || gapOf(row) > kNearMm) continue;
-    for (std::size_t c = 0; c < kLipColumns; ++c)
-      found.overlaps[c] = std::max(found.overlaps[c], seen[row].contact.overlaps[c] - at_rest_.seeming_overlap);
-  }
-  std::vector<std::uint32_t> lips;
-  for (std::size_t i = 0; i < skin_at_.size(); ++i) {
-    if (is_lip_[i]) lips.push_back(skin_at_[i]);
-  }
-  const std::vector<std::uint32_t> mouth = trianglesAt(lips);
-  found.edge_ratio = seen[ratio].ratio.value;
-  found.edge_growth_mm = seen[growth].growth.value;
-  found.jump_ratio = seen[jump].jump.value;
-  found.turned_over_mm2 = seen[turned].turned_mm2;
-  found.lips_overlap_mm = mm_ * std::max(0.0, overlapOf(overlap) - at_rest_.seeming_overlap);
-  found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
-  found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
-  found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;
-  found.lip_motion_share = lip_markers > 0 ? std::sqrt(lip_skin / lip_markers) : 1;
-
-  faultIf(100 * asReal(found.touching) < limitNamed("closures") * asReal(found.closures), "closures",
-          fmt::format("{} of {} captured closures touch within {} mm; the widest leaves {:.2f} mm", found.touching,
-                      found.closures, kTouchMm, std::max(gapOf(open), slitOf(open))),
-          mouth, open);
-  faultIf(found.lips_overlap_mm > limitNamed("lips in each other"), "lips in each other",
-          fmt::format("the lips get {:.2f} mm into each other, {:.2f} mm more than the head's own",
-                      mm_ * seen[overlap].contact.overlap, found.lips_overlap_mm),
-          mouth, overlap);
-  faultIf(found.in_teeth_mm > limitNamed("lips in the teeth"), "lips in the teeth",
-          fmt::format("a lip gets {:.2f} mm into the teeth", found.in_teeth_mm), mouth, teeth);
-  faultIf(found.in_tongue_mm > limitNamed("lips in the tongue"), "lips in the tongue",
-          fmt::format("a lip gets {:.2f} mm into the tongue", found.in_tongue_mm), mouth, tongue);
-  const auto edgeText = [&](const Worst& worst, const std::string& does) {
-    if (edges_.empty()) return std::string();
-    const Edge& edge = edges_[worst.item];
-    return fmt::format("an edge of {:.2f} mm gets {} at {}", mm_ * double{edge.length}, does, placeOf(edge.from));
-  };
-  faultIf(found.edge_ratio > limitNamed("edge length"), "edge length",
-          edgeText(seen[ratio].ratio, fmt::format("{:.1f} times as long", found.edge_ratio)),
-          trianglesAt(seen[ratio].stretched), ratio);
-  faultIf(found.edge_growth_mm > limitNamed("stretch"), "stretch",
-          edgeText(seen[growth].growth, fmt::format("{:.1f} mm longer", found.edge_growth_mm)),
-          trianglesAt(seen[growth].stretched), growth);
-  if (found.turned_over_mm2 > limitNamed("triangles turned over")) {
-    faultIf(true, "triangles turned over",
-            fmt::format("{} triangles, {:.1f} square millimetres at rest, turn over, first at {}",
-                        seen[turned].turned.size(), found.turned_over_mm2,
-                        placeOf(mesh_.triangles[seen[turned].turned[0]][0])),
-            seen[turned].turned, turned);
-  }
-  faultIf(found.jump_ratio > limitNamed("vertex jump"), "vertex jump",
-          fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as its markers",
-                      placeOf(static_cast<std::uint32_t>(seen[jump].jump.item)), seen[jump].jump_mm, found.jump_ratio),
-          trianglesAt(seen[jump].jumped), jump);
-  faultIf(100 * found.motion_share < limitNamed("motion"), "motion",
-          fmt::format("the skin moves {:.0f} % of what the markers on it do", 100 * found.motion_share), {}, {});
-  faultIf(100 * found.lip_motion_share < limitNamed("lip motion"), "lip motion",
-          fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share), mouth,
-          {});
-  return found;
+  return Summary(head, seen, poses.rows).judge();
 }
 
 }  // namespace
@@ -575,16 +230,16 @@ double limitNamed(std::string_view name) {
 }
 
 struct FaceJudge::Data {
-  Judge judge;
+  JudgedHead head;
   FaceMotion motion;
   const JudgedPoses& poses;
   FaceJudgement of_warp;
 
   Data(const FaceRig& rig, const FaceFile& face, const JudgedPoses& of, const ActorPose& actor)
-      : judge(rig, face), motion(rig.retarget(of.motion, &actor, of.lips)), poses(of) {
+      : head(rig, face), motion(rig.retarget(of.motion, &actor, of.lips)), poses(of) {
     const std::size_t count = of.rows.size();
     MOUTHPIECE_EXPECT(count == of.motion.frameCount() && count == of.lips.size() && count == of.tongue.size());
-    if (count > 0) judge.lookAtWarp(of, actor, of_warp);
+    if (count > 0) head.lookAtWarp(of, actor, of_warp);
   }
 };
 
@@ -593,7 +248,7 @@ FaceJudge::FaceJudge(const FaceRig& rig, const FaceFile& face, const JudgedPoses
 FaceJudge::~FaceJudge() = default;
 
 FaceJudgement FaceJudge::judge(const FaceRig& rig) const {
-  FaceJudgement found = data_->judge.judge(rig, data_->motion, data_->poses);
+  FaceJudgement found = judgePoses(data_->head, rig, data_->motion, data_->poses);
   const FaceJudgement& warp = data_->of_warp;
   found.warp_stretch_least = warp.warp_stretch_least;
   found.warp_points = warp.warp_points;
@@ -609,9 +264,13 @@ FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPo
 std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
                                        std::span<const JudgedPoses::Row> rows) {
   MOUTHPIECE_EXPECT(poses.size() == rows.size());
-  const Judge judge(rig, face);
+  const JudgedHead head(rig, face);
   std::vector<FaceJudgement> judged(poses.size());
-  parallelFor(poses.size(), [&](std::size_t k) { judged[k] = judge.judge(poses[k], rows[k]); });
+  parallelFor(poses.size(), [&](std::size_t k) {
+    PoseSeen seen;
+    head.lookAtPose(head.welded(poses[k]), true, seen);
+    judged[k] = Summary(head, {&seen, 1}, rows.subspan(k, 1)).judge();
+  });
   return judged;
 }
 

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "deform/mesh/welding.h"
+#include "retarget/rig/face_judge.h"
+#include "retarget/rig/face_fit.h"
+
+namespace mouthpiece {
+
+/// The largest that was seen of something, and where.
+struct WorstSeen {
+  double value = 0;
+  std::size_t item = 0;
+  void take(double now, std::size_t at) {
+    if (now > value) *this = {now, at};
+  }
+};
+
+/// What one pose shows: vertices and triangles are the welded mesh's, millimetres as FaceJudgement has them.
+struct PoseSeen {
+  LipContact contact;  ///< the mesh's unit
+  bool is_measured = false;
+  WorstSeen ratio, growth, jump;  ///< items: edges, edges, vertices
+  double jump_mm = 0, turned_mm2 = 0;
+  std::vector<std::uint32_t> turned, stretched, jumped, torn;
+  double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
+};
+
+/// A fitted head as its judge looks at it: edges, triangles and markers are found once. `rig` and `face` outlive it.
+class JudgedHead {
+ public:
+  JudgedHead(const FaceRig& rig, const FaceFile& face);
+
+  /// The mesh with its split vertices welded, which all vertices here are of.
+  [[nodiscard]] const FaceMesh& mesh() const { return mesh_; }
+  [[nodiscard]] VertexPositions welded(VertexPositions given) const {
+    return welding_.isNothing() ? std::move(given) : welding_.weldedFromGiven(given);
+  }
+  /// The number that a welded vertex has in the head's file.
+  [[nodiscard]] std::uint32_t givenOf(std::uint32_t vertex) const {
+    return welding_.isNothing() ? vertex : welding_.given_of[vertex];
+  }
+  [[nodiscard]] double mm() const { return mm_; }  ///< in the mesh's unit
+  [[nodiscard]] const LipContact& atRest() const { return at_rest_; }
+
+  /// Looks at edges and triangles, and with `measures_lips` at the lips' contact.
+  void lookAtPose(const VertexPositions& now, bool measures_lips, PoseSeen& seen) const;
+  /// How far skin and markers are from rest in frame `row`.
+  void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
+  /// How far vertices go from frame row - 1 to `row`, beside their markers.
+  void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
+                  std::span<const LipPose> lips, PoseSeen& seen) const;
+  /// Adds what is found of the warp.
+  void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
+
+  /// For messages: "vertex 12 beside CHIN".
+  [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
+  /// "an edge of 1.20 mm gets `does` at ..."; "" where there are no edges.
+  [[nodiscard]] std::string edgeText(std::size_t edge, const std::string& does) const;
+  /// Triangles that have one of `vertices`, a picture's worth of them.
+  [[nodiscard]] std::vector<std::uint32_t> trianglesAt(const std::vector<std::uint32_t>& vertices) const;
+  /// Triangles under the lips' markers.
+  [[nodiscard]] std::vector<std::uint32_t> mouth() const;
+
+ private:
+  struct Edge {
+    std::uint32_t from, to;
+    float length;
+  };
+
+  void findMoving();
+  void findEdges();
+  void findTriangles();
+  void findMarkers();
+  void lookAtEdges(const VertexPositions& now, PoseSeen& seen) const;
+  void lookAtTriangles(const VertexPositions& now, PoseSeen& seen) const;
+
+  const FaceFile& face_;
+  double mm_;
+  Welding welding_;
+  const FaceMesh& mesh_;
+  LipContactMeter meter_;
+  LipContact at_rest_;
+  std::vector<PartKind> kinds_;
+  std::vector<bool> moves_;
+  std::vector<Edge> edges_;
+  std::vector<Triangle> moving_;           ///< triangles on the control surface
+  std::vector<std::uint32_t> moving_ids_;  ///< their numbers
+  std::vector<double> areas_mm2_;          ///< and areas at rest
+  /// Of `moving_`: pairs over an edge that is not folded at rest.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
+  std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
+  std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
+  std::vector<std::int32_t> patch_;            ///< of each vertex
+  std::vector<std::uint32_t> skin_at_;         ///< vertex of the skin under each marker
+  std::vector<bool> is_lip_;
+};
+
+}  // namespace mouthpiece
