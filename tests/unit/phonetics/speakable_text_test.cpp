@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -180,7 +181,7 @@ TEST(SpeakableText, SaysGermanAbbreviations) {
 
 /// Units, dates, fractions, ordinals and years, which eSpeak NG spells or reads wrong; said once, they stay.
 TEST(SpeakableText, SaysAmountsOfOtherLanguages) {
-  std::ifstream table("tests/data/text/amounts.tsv");
+  std::ifstream table(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/text/amounts.tsv");
   std::size_t rows = 0;
   for (std::string line; std::getline(table, line);) {
     if (line.starts_with('#')) continue;
