@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "deform/mesh/welding.h"
-#include "retarget/rig/face_judge.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {
 
