@@ -23,7 +23,7 @@ class Speller {
   [[nodiscard]] std::string pieces(std::string_view name) const;
   /// "AT&T's" -> "A T&T's"; nullopt where nothing in it is said letter by letter, or digits are in it.
   [[nodiscard]] std::optional<std::string> capitalsWithin(std::string_view body) const;
-  /// "MP3s" -> "M P three s"; nullopt where no digit is in it.
+  /// "MP3s" -> "M P threes"; nullopt where no digit is in it.
   [[nodiscard]] std::optional<std::string> mixed(std::string_view body) const;
 
  private:

@@ -88,8 +88,7 @@ constexpr Abbreviation kPortuguese[] = {
     {"Dra.", "doutora", true},     {"Prof.", "professor", true}, {"Av.", "avenida", true},  {"pág.", "página"},
     {"aprox.", "aproximadamente"}, {"etc.", "et cétera"},        {"nº", "número"},          {"a.C.", "antes de Cristo"},
     {"d.C.", "depois de Cristo"}};
-constexpr Abbreviation kPolish[] = {{"m.in.", "między innymi"},
-                                    {"m. in.", "między innymi"},
+constexpr Abbreviation kPolish[] = {{"m. in.", "między innymi"},
                                     {"np.", "na przykład"},
                                     {"itd.", "i tak dalej"},
                                     {"itp.", "i tym podobne"},

@@ -154,11 +154,15 @@ class Amounts {
               const int day = valueOf(part(match, is_iso ? 7 : 1)), month = valueOf(part(match, is_iso ? 6 : 3));
               if (day < 1 || day > 31 || month < 1 || month > 12) return std::nullopt;
               UErrorCode error = U_ZERO_ERROR;
+              icu::Locale gregorian = locale_;
+              gregorian.setKeywordValue("calendar", "gregorian", error);
+              gregorian.setKeywordValue("numbers", "latn", error);
               const std::unique_ptr<icu::DateFormat> format(
-                  icu::DateFormat::createDateInstance(icu::DateFormat::kLong, locale_));
+                  icu::DateFormat::createDateInstance(icu::DateFormat::kLong, gregorian));
               const std::unique_ptr<icu::Calendar> calendar(
-                  icu::Calendar::createInstance(*icu::TimeZone::getGMT(), locale_, error));
+                  icu::Calendar::createInstance(*icu::TimeZone::getGMT(), gregorian, error));
               if (!format || U_FAILURE(error)) return std::nullopt;
+              calendar->setLenient(false);  // the 31st of February stays digits
               calendar->clear();
               calendar->set(valueOf(part(match, is_iso ? 5 : 4)), month - 1, day);
               format->setTimeZone(*icu::TimeZone::getGMT());
