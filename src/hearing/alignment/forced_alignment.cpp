@@ -185,7 +185,6 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
 /// Any words lie somewhere in noise, of which the doubt knows nothing: a line is not believed where hardly any of its
 /// words' time is speech.
 void doubtLinesOutsideSpeech(std::span<const std::int16_t> samples, ForcedAlignment& alignment) {
-  constexpr double kLeastInSpeech = 0.1;
   const std::vector<SoundStretch> stretches = findSpeech(samples);
   const SpeechLabels& labels = alignment.labels;
   std::size_t word = 0;
@@ -195,10 +194,7 @@ void doubtLinesOutsideSpeech(std::span<const std::int16_t> samples, ForcedAlignm
     for (; word < end; ++word) {
       const TimeSpan span = labels.spanOf(labels.words[word].phones);
       time += span.duration();
-      for (const SoundStretch& stretch : stretches) {
-        if (stretch.kind == SoundKind::kSpeech)
-          in_speech += std::max(0.0, std::min(stretch.span.end, span.end) - std::max(stretch.span.start, span.start));
-      }
+      in_speech += speechIn(span, stretches);
     }
     if (in_speech >= kLeastInSpeech * time) continue;
     std::fill(alignment.confidence.begin() + signedIndex(first), alignment.confidence.begin() + signedIndex(end), 0.0);

@@ -25,6 +25,7 @@
 #include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/phone_row.h"
 #include "hearing/alignment/phone_search.h"
+#include "hearing/alignment/speaker_adaptation.h"
 
 namespace mouthpiece {
 namespace {
@@ -44,6 +45,8 @@ constexpr std::size_t kSungFramesAPhone = 12;
 /// lower one (docs/theory/hearing/alignment.md).
 constexpr double kInnerSilencePrice = 45.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
+/// The same, and what each frame of it costs, where silence is heard as what lies before and after the words.
+constexpr double kPauseInMusicPrice = 70.0, kPauseInMusicFramePrice = 2.0;
 /// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
 /// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
 constexpr double kForeignPause = 140.0;  // nats
@@ -159,6 +162,18 @@ std::vector<bool> codebooksOf(const std::set<Phone>& phones, const TiedModel& mo
   return wanted;
 }
 
+/// `model` with `silence` as it sounds before and after all words of a `path`, where music may play.
+TiedModel knowingItsSilence(const TiedModel& model, const Eigen::MatrixXf& features,
+                            const std::vector<DecodedPhone>& path, std::size_t silence) {
+  const auto framesOf = [](const DecodedPhone& outer) { return outer.phone == Phone::kSil ? outer.frames : 0; };
+  const int before = framesOf(path.front()), after = framesOf(path.back());
+  SpeakerFrames heard{Eigen::MatrixXf(features.rows(), before + after), {}};
+  heard.features.leftCols(before) = features.leftCols(before);
+  heard.features.rightCols(after) = features.rightCols(after);
+  heard.codebook.assign(unsignedIndex(heard.features.cols()), silence);
+  return adaptedToSpeaker(model, std::span(&heard, 1));
+}
+
 /// Throws InputError for one that the language lacks.
 std::set<Phone> phonesOf(const WordWays& words, const Language& language) {
   std::set<Phone> used;
@@ -262,6 +277,7 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   if (cepstra.empty()) return {};
   const bool is_sung = kind == SpeechKind::kSung;
   const double noisiness = is_sung ? 0.0 : noisinessOf(samples);
+  const bool is_in_music = noisiness >= 1 && !isSteady(asColumns(cepstra));
   state_->in_noise.reset();
   if (noisiness > 0)
     state_->in_noise.emplace(
@@ -274,20 +290,28 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
     for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
     cepstra = std::move(thinned);
   }
-  SenoneScorer& scorer = state_->fittest();
   const Eigen::MatrixXf features = mouthpiece::featuresOf(state_->decoder.get(), cepstra);
-  const FleetingSounds fleeting(scorer.model(), kept);
+  const FleetingSounds fleeting(state_->scorer.model(), kept);
   SenoneScorer::Scores weighed;
-  const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
-    const SenoneScorer::Scores& all = scorer.score(features.middleCols(first, count), Weighing{codebooks});
-    if (!is_sung) return all;
-    weighed = all;
-    fleeting.weigh(weighed, first);
-    return weighed;
+  const auto pathBy = [&](SenoneScorer& scorer, const Pauses& pauses) {
+    const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
+      const SenoneScorer::Scores& all = scorer.score(features.middleCols(first, count), Weighing{codebooks});
+      if (!is_sung) return all;
+      weighed = all;
+      fleeting.weigh(weighed, first);
+      return weighed;
+    };
+    return likeliestPath(words, state_->places, scorer.model(), pauses, features.cols(), scores);
   };
-  const Pauses pauses{state_->language.say != nullptr ? kForeignPause : 0.0, kInnerSilencePrice * noisiness};
-  std::vector<DecodedPhone> phones =
-      likeliestPath(words, state_->places, scorer.model(), pauses, features.cols(), scores);
+  Pauses pauses{state_->language.say != nullptr ? kForeignPause : 0.0, kInnerSilencePrice * noisiness};
+  std::vector<DecodedPhone> phones = pathBy(state_->fittest(), pauses);
+  if (is_in_music && !phones.empty()) {
+    SenoneScorer scorer(std::make_shared<TiedModel>(
+        knowingItsSilence(state_->scorer.model(), features, phones, state_->places.at(Phone::kSil).front())));
+    pauses.inner = kPauseInMusicPrice;
+    pauses.inner_frame = kPauseInMusicFramePrice;
+    phones = pathBy(scorer, pauses);
+  }
   for (DecodedPhone& phone : phones) {
     const std::size_t end = phone.first_frame + unsignedIndex(phone.frames);
     phone.span = {edgeBefore(kept, phone.first_frame), edgeBefore(kept, end)};

@@ -35,7 +35,7 @@ struct Unit {
   Phone phone = Phone::kSil;
   bool opens_phone = true, opens_word = false;
   std::size_t word = 0;  ///< its own, or the one before
-  float price = 0;
+  float price = 0, frame_price = 0;
   std::vector<std::uint32_t> before{};  ///< units that it may follow
 };
 
@@ -60,7 +60,7 @@ class WordGraph {
       std::vector<End> ends;
       for (const auto& way : words[word]) addWay(way, word, ends);
       ends_ = std::move(ends);
-      addSilence(pauses.each + (is_last ? 0 : pauses.inner), word);
+      addSilence(pauses.each + (is_last ? 0 : pauses.inner), word, is_last ? 0 : pauses.inner_frame);
       word_ends_.push_back(units_.size());
     }
     countLeft();
@@ -106,8 +106,8 @@ class WordGraph {
     return static_cast<std::uint32_t>(units_.size() - 1);
   }
 
-  void addSilence(double nats, std::size_t word) {
-    Unit silence{.word = word, .price = asFloat(nats / kScoreUnit)};
+  void addSilence(double nats, std::size_t word, double frame_nats = 0) {
+    Unit silence{.word = word, .price = asFloat(nats / kScoreUnit), .frame_price = asFloat(frame_nats / kScoreUnit)};
     for (const End& end : ends_) silence.before.push_back(end.unit);
     ends_.push_back({add(std::move(silence), model_.alone[silence_]), silence_});
   }
@@ -243,7 +243,7 @@ class PathSearch {
           own.origin[state] = own.origin[state - 1];
           way |= 1U << (kStates - 1 - state);
         }
-        own.cost[state] += static_cast<float>(scores[heard.senones[state]]);
+        own.cost[state] += static_cast<float>(scores[heard.senones[state]]) + heard.frame_price;
       }
       if (frame == 0) {
         own.cost[0] = graph_.mayBegin(unit) ? heard.price : kUnheard;
@@ -257,7 +257,7 @@ class PathSearch {
           way = (way & 3U) | static_cast<unsigned>(i + 1) << 2U;
         }
       }
-      own.cost[0] += static_cast<float>(scores[heard.senones[0]]);
+      own.cost[0] += static_cast<float>(scores[heard.senones[0]]) + heard.frame_price;
       row.ways[unit - first_] = static_cast<std::uint16_t>(way);
       row.costs[unit - first_] = own.cost[kStates - 1];
     }

@@ -17,7 +17,8 @@ using HeardAs = std::map<Phone, std::vector<std::size_t>>;
 /// What a silence costs, in nats.
 struct Pauses {
   double each = 0;
-  double inner = 0;  ///< more between two words
+  double inner = 0;        ///< more between two words
+  double inner_frame = 0;  ///< each frame of such a one
 };
 
 /// The likeliest path through all `words` and the silences before, between and after them: the phones in order, without

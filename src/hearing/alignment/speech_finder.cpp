@@ -188,4 +188,13 @@ std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
   return stretches;
 }
 
+Seconds speechIn(const TimeSpan& span, std::span<const SoundStretch> stretches) {
+  Seconds sum = 0;
+  for (const SoundStretch& stretch : stretches) {
+    if (stretch.kind == SoundKind::kSpeech)
+      sum += std::max(0.0, std::min(stretch.span.end, span.end) - std::max(stretch.span.start, span.start));
+  }
+  return sum;
+}
+
 }  // namespace mouthpiece

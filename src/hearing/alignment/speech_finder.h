@@ -24,4 +24,10 @@ inline constexpr Seconds kLongestStretch = 20.0;
 /// spectrum has peaks, else noise.
 std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples);
 
+/// Words of whose time less than this share is speech are not said in a sound.
+inline constexpr double kLeastInSpeech = 0.1;
+
+/// How much of `span` is speech.
+Seconds speechIn(const TimeSpan& span, std::span<const SoundStretch> stretches);
+
 }  // namespace mouthpiece

@@ -7,7 +7,9 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/alignment/speech_finder.h"
 #include "hearing/recognition/times_file.h"
 #include "phonetics/labels/labels_builder.h"
 
@@ -19,6 +21,17 @@ constexpr std::uint64_t kMostTimesBytes = std::uint64_t{64} << 20U;
 constexpr Seconds kTogether = 0.3, kAround = 0.15;
 constexpr Seconds kLongestTogether = 30;
 constexpr double kUnsure = 0.5;
+
+bool liesInSpeech(const SpeechLabels& labels, const AudioClip& audio) {
+  const std::vector<SoundStretch> stretches = findSpeech(samplesToHear(audio));
+  Seconds time = 0, in_speech = 0;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone == Phone::kSil) continue;
+    time += phone.span.duration();
+    in_speech += speechIn(phone.span, stretches);
+  }
+  return in_speech >= kLeastInSpeech * time;
+}
 
 class TimedRecogniser : public Recogniser {
  public:
@@ -199,6 +212,9 @@ HeardSpeech TimedRecogniser::hear(const AudioClip& audio, std::string_view name)
   heard.labels = buildSpeechLabels(kept, words_, audio.duration(), language_);
   heard.confidence = confidenceOf(heard.labels, kept, sure);
   for (const LabelledWord& word : heard.labels.words) heard.text += (heard.text.empty() ? "" : " ") + word.text;
+  if (!liesInSpeech(heard.labels, audio))
+    heard.warnings.push_back(
+        fmt::format("hardly any speech is heard where {} has words: its times may be another sound's", name_));
   // A subtitle may stay longer than what is said.
   constexpr Seconds kMayOverhang = 0.25;
   if (!times_.words.empty() && !times_.words_are_lines &&

@@ -4,14 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "base/errors.h"
 #include "corpus_tools/research/evaluation/noises.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "phonetics/labels/label_files.h"
 #include "synthetic_takes.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kGridTakes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
 
 /// Takes with a voice's sound and its labels; no face is asked for.
 Corpus spokenCorpus() {
@@ -44,6 +51,35 @@ TEST(AlignmentTrial, FindsWordsInNoiseAndTellsWrongTexts) {
   for (std::size_t i = 0; i < trial.noise.size(); ++i)
     EXPECT_EQ(again.noise[i].start_errors_ms, trial.noise[i].start_errors_ms) << "threads change nothing";
   EXPECT_NE(alignmentTable(trial).find("street, 5 dB"), std::string::npos);
+}
+
+/// Words do not go where only music is: what is heard before and after them is learnt as silence.
+TEST(AlignmentTrial, TheRealSpeakersWordsStayTogetherInMusic) {
+  if (!fs::exists(kGridTakes)) GTEST_SKIP() << "no real capture in " << kGridTakes;
+  ForcedAligner aligner;
+  std::size_t torn = 0;
+  const std::vector<std::pair<std::string, std::uint64_t>> torn_before{
+      {"bwis9s", 1008}, {"lbwk8n", 1009}, {"prwd7a", 1020}, {"brbt2p", 1005},
+      {"lgal8n", 1010}, {"pgby4n", 1017}, {"sgbp7a", 1026}, {"srab3a", 1027}};
+  for (const auto& [name, seed] : torn_before) {
+    const fs::path take = kGridTakes / name;
+    const AudioClip sound = readAudio(fs::path(take).replace_extension(".wav"));
+    std::vector<TranscriptWord> words;
+    const SpeechLabels labels = readLabels(fs::path(take).replace_extension(".TextGrid"));
+    for (const LabelledWord& word : labels.words) {
+      Pronunciation& way = words.emplace_back(TranscriptWord{word.text, {{}}}).ways.front();
+      for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
+        way.phones.push_back(labels.phones[i].phone);
+      way.stress.assign(way.phones.size(), -1);
+    }
+    const SpeechLabels found = aligner.align(inNoise(sound, Noise::kMusic, 5, {}, seed), words, name).labels;
+    Seconds longest = 0;
+    for (std::size_t i = 1; i + 1 < found.phones.size(); ++i) {
+      if (found.phones[i].phone == Phone::kSil) longest = std::max(longest, found.phones[i].span.duration());
+    }
+    torn += longest > 0.3 ? 1U : 0U;
+  }
+  EXPECT_LE(torn, 1U) << "of eight";
 }
 
 TEST(AlignmentTrial, RefusesACorpusWithoutSound) {

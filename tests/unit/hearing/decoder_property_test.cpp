@@ -207,38 +207,40 @@ struct MadePhones {
     });
   }
   /// The least that a row of codebooks costs.
-  [[nodiscard]] double costOf(const std::vector<std::size_t>& row, const SenoneScorer::Scores& scores) const {
+  [[nodiscard]] double costOf(const std::vector<std::size_t>& row, const SenoneScorer::Scores& scores,
+                              const Pauses& pauses = {}) const {
     std::vector<double> costs(3 * row.size(), 1e9);
     for (Eigen::Index t = 0; t < scores.cols(); ++t) {
       for (std::size_t s = costs.size(); s-- > 0;) {
         const double before = s > 0 ? costs[s - 1] : t == 0 ? 0.0 : 1e9;
+        const bool is_inner_silence = row[s / 3] == 0 && s / 3 > 0 && s / 3 + 1 < row.size();
         costs[s] = std::min(t == 0 ? 1e9 : costs[s], t == 0 && s > 0 ? 1e9 : before) +
-                   scores(model.alone[row[s / 3]][s % 3], t);
+                   scores(model.alone[row[s / 3]][s % 3], t) + (is_inner_silence ? pauses.inner_frame / kScoreUnit : 0);
       }
     }
     return costs.back();
   }
   /// The same of all rows of words with silences or without around each, in the ways that there are.
-  [[nodiscard]] double leastCost(const WordWays& words, const SenoneScorer::Scores& scores, double inner_nats,
+  [[nodiscard]] double leastCost(const WordWays& words, const SenoneScorer::Scores& scores, const Pauses& pauses,
                                  std::vector<std::size_t> row = {}, std::size_t word = 0, double price = 0) const {
     double least = 1e9;
     for (const bool is_silent : {false, true}) {
       std::vector<std::size_t> on = row;
       if (is_silent) on.push_back(0);
-      const double paid = price + (is_silent && word > 0 && word < words.size() ? inner_nats / kScoreUnit : 0);
-      if (word == words.size()) least = std::min(least, costOf(on, scores) + paid);
+      const double paid = price + (is_silent && word > 0 && word < words.size() ? pauses.inner / kScoreUnit : 0);
+      if (word == words.size()) least = std::min(least, costOf(on, scores, pauses) + paid);
       for (std::size_t way = 0; word < words.size() && way < words[word].size(); ++way) {
         std::vector<std::size_t> further = on;
         for (const Phone phone : words[word][way]) further.push_back(heard.at(phone).front());
-        least = std::min(least, leastCost(words, scores, inner_nats, further, word + 1, paid));
+        least = std::min(least, leastCost(words, scores, pauses, further, word + 1, paid));
       }
     }
     return least;
   }
   [[nodiscard]] std::vector<DecodedPhone> pathOf(const WordWays& words, const SenoneScorer::Scores& scores,
-                                                 double inner_nats) const {
+                                                 const Pauses& pauses = {}) const {
     SenoneScorer::Scores block;
-    return likeliestPath(words, heard, model, {0, inner_nats}, scores.cols(),
+    return likeliestPath(words, heard, model, pauses, scores.cols(),
                          [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
                            return block = scores.middleCols(first, count);
                          });
@@ -257,10 +259,10 @@ TEST(PathLaws, NoPathCostsLessThanTheOneFound) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + round);
     std::mt19937 random(kSeed + round);
     const SenoneScorer::Scores scores = made.drawScores(9 + round % 20, random);
-    const double inner_nats = round % 2 == 0 ? 0.0 : 12.0;
-    const auto path = made.pathOf(words, scores, inner_nats);
+    const Pauses pauses{0, round % 2 == 0 ? 0.0 : 12.0, round % 3 == 0 ? 0.0 : 2.0};
+    const auto path = made.pathOf(words, scores, pauses);
     ASSERT_FALSE(path.empty());
-    EXPECT_NEAR(-scoreOf(path), made.leastCost(words, scores, inner_nats), 0.1);
+    EXPECT_NEAR(-scoreOf(path), made.leastCost(words, scores, pauses), 0.1);
     std::size_t frame = 0;
     for (const DecodedPhone& phone : path) {
       EXPECT_EQ(phone.first_frame, frame) << "without gaps";
@@ -270,7 +272,7 @@ TEST(PathLaws, NoPathCostsLessThanTheOneFound) {
     EXPECT_EQ(frame, static_cast<std::size_t>(scores.cols()));
   }
   std::mt19937 random(kSeed);
-  EXPECT_TRUE(made.pathOf(words, made.drawScores(8, random), 0).empty()) << "three states in each of three phones";
+  EXPECT_TRUE(made.pathOf(words, made.drawScores(8, random)).empty()) << "three states in each of three phones";
 }
 
 /// Of words of one phone each has as many units before it as there are pairs of their ways.
@@ -283,7 +285,7 @@ TEST(PathLaws, ManyWaysOfOneSoundAreHeardAsOne) {
     const WordWays once(3, {{Phone::kB}, {Phone::kAA}});
     WordWays often = once;
     for (auto& ways : often) ways.insert(ways.begin(), 61, {Phone::kB});  // the other one comes last
-    EXPECT_EQ(scoreOf(made.pathOf(often, scores, 0)), scoreOf(made.pathOf(once, scores, 0)));
+    EXPECT_EQ(scoreOf(made.pathOf(often, scores)), scoreOf(made.pathOf(once, scores)));
   }
 }
 
@@ -311,7 +313,7 @@ TEST(PathLaws, ALongSoundsPathIsTheWholesBest) {
     if (random() % 3 > 0) scores(said[t], signedIndex(t)) = 0;
   }
   ASSERT_GT(scores.cols(), 10'000);
-  const auto path = made.pathOf(words, scores, 1e6);
+  const auto path = made.pathOf(words, scores, {0, 1e6});
   ASSERT_EQ(path.size(), row.size());
   EXPECT_NEAR(-scoreOf(path), made.costOf(row, scores), 0.1);
 }
@@ -321,9 +323,9 @@ TEST(PathLaws, WaysThatAreTooManyAreRefused) {
   std::mt19937 random(kSeed);
   const SenoneScorer::Scores scores = made.drawScores(40, random);
   const auto waysToSay = [](std::size_t count) { return std::vector<std::vector<Phone>>(count, {Phone::kAA}); };
-  EXPECT_FALSE(made.pathOf({waysToSay(63), waysToSay(63)}, scores, 0).empty());
-  EXPECT_THROW(made.pathOf({waysToSay(64)}, scores, 0), InputError);
-  EXPECT_THROW(made.pathOf(WordWays(100'001, waysToSay(1)), scores, 0), InputError);
+  EXPECT_FALSE(made.pathOf({waysToSay(63), waysToSay(63)}, scores).empty());
+  EXPECT_THROW(made.pathOf({waysToSay(64)}, scores), InputError);
+  EXPECT_THROW(made.pathOf(WordWays(100'001, waysToSay(1)), scores), InputError);
 }
 
 TEST(FrameThinningLaws, KeepsAboutWhatIsWantedWhateverTheSound) {

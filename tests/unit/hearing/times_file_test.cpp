@@ -187,6 +187,21 @@ TEST(TimedRecogniser, RefusesTimesOfALongerSound) {
       std::string::npos);
 }
 
+TEST(TimedRecogniser, TellsThatNobodySpeaksWhereItsWordsAre) {
+  AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
+  const std::size_t spoken = sound.samples.size();
+  sound.samples.resize(3 * spoken, 0.0F);
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_beside.ctm";
+  const auto warnings = [&](Seconds start) {
+    writeFileAtomically(file, "a 1 " + std::to_string(start) + " 0.4 time\n");
+    return makeTimedRecogniser(file)->hear(sound, "line").warnings;
+  };
+  EXPECT_TRUE(warnings(0.2).empty());
+  const std::vector<std::string> told = warnings(2 * static_cast<double>(spoken) / sound.sample_rate_hz);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].starts_with("hardly any speech is heard where ")) << told[0];
+}
+
 TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
   const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
   const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_long.ctm";
