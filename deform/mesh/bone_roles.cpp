@@ -1,12 +1,16 @@
 // What bones and shapes of a file are called.
 #include "deform/mesh/bone_roles.h"
 
+#include <fmt/format.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
 #include <string>
+
+#include "base/errors.h"
 
 namespace mouthpiece {
 namespace {
@@ -48,14 +52,18 @@ void setRole(std::vector<BoneRole>& roles, const tinygltf::Value& node, std::str
   if (bone == "leftEye" || bone == "rightEye") role = BoneRole::kEye;
 }
 
+/// At most so many entries of a list in a file.
+int entriesOf(const tinygltf::Value& list) {
+  return list.IsArray() ? static_cast<int>(std::min<std::size_t>(list.ArrayLen(), 1000)) : 0;
+}
+
 /// VRM 0: a list of {bone, node}; VRM 1: an object of {node} by bone.
 void readVrmBones(const tinygltf::Model& model, std::vector<BoneRole>& roles) {
   for (const char* extension : {"VRM", "VRMC_vrm"}) {
     const auto found = model.extensions.find(extension);
     if (found == model.extensions.end()) continue;
     const tinygltf::Value& bones = found->second.Get("humanoid").Get("humanBones");
-    const int listed = bones.IsArray() ? static_cast<int>(std::min<std::size_t>(bones.ArrayLen(), 1000)) : 0;
-    for (int i = 0; i < listed; ++i) {
+    for (int i = 0; i < entriesOf(bones); ++i) {
       const tinygltf::Value& entry = bones.Get(i);
       if (entry.Get("bone").IsString()) setRole(roles, entry.Get("node"), entry.Get("bone").Get<std::string>());
     }
@@ -74,7 +82,83 @@ void nameHeadByJaw(std::vector<BoneRole>& own, const std::vector<bool>& is_joint
   }
 }
 
+constexpr std::array<std::string_view, 12> kVowels{"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh", "ah", "oo"};
+
+bool isVowel(std::string_view plain_name) {
+  return std::find(kVowels.begin(), kVowels.end(), plain_name) != kVowels.end();
+}
+
+/// Whether an expression's name says what its shape is, which the shape's own name then need not.
+bool isTelling(std::string_view expression) { return isVowel(expression) || expression.starts_with("blink"); }
+
+bool tellsMouthOrLids(std::string_view name) {
+  return isMouthShape(name) || hasOneOf<3>(plain(name), {"blink", "eyeclose", "eyesclose"});
+}
+
+/// Hands each preset expression of a VRM to `take` with the mesh and the target of each of its binds.
+template <typename Take>
+void readVrmExpressions(const tinygltf::Model& model, const Take& take) {
+  const auto targetsOf = [&](const std::string& name, const tinygltf::Value& binds) {
+    std::map<int, std::vector<int>> targets;  // by mesh
+    for (int b = 0; b < entriesOf(binds); ++b) {
+      const tinygltf::Value &bind = binds.Get(b), &node = bind.Get("node"), &mesh = bind.Get("mesh");
+      if (!bind.Get("index").IsInt()) continue;
+      int number = mesh.IsInt() ? mesh.Get<int>() : -1;  // VRM 0; VRM 1 names the node
+      if (node.IsInt() && node.Get<int>() >= 0 && static_cast<std::size_t>(node.Get<int>()) < model.nodes.size())
+        number = model.nodes[static_cast<std::size_t>(node.Get<int>())].mesh;
+      targets[number].push_back(bind.Get("index").Get<int>());
+    }
+    for (const auto& [mesh, list] : targets) {
+      if (list.size() == 1) take(name, mesh, list.front());
+    }
+  };
+  if (const auto vrm = model.extensions.find("VRM"); vrm != model.extensions.end()) {
+    const tinygltf::Value& groups = vrm->second.Get("blendShapeMaster").Get("blendShapeGroups");
+    for (int g = 0; g < entriesOf(groups); ++g) {
+      const tinygltf::Value& preset = groups.Get(g).Get("presetName");
+      if (preset.IsString()) targetsOf(preset.Get<std::string>(), groups.Get(g).Get("binds"));
+    }
+  }
+  if (const auto vrm = model.extensions.find("VRMC_vrm"); vrm != model.extensions.end()) {
+    const tinygltf::Value& presets = vrm->second.Get("expressions").Get("preset");
+    for (const std::string& preset : presets.IsObject() ? presets.Keys() : std::vector<std::string>())
+      targetsOf(preset, presets.Get(preset).Get("morphTargetBinds"));
+  }
+}
+
+/// The names that `extras` has for targets.
+std::vector<std::string> targetNames(const tinygltf::Value& extras) {
+  std::vector<std::string> names;
+  const tinygltf::Value none, &list = extras.IsObject() ? extras.Get("targetNames") : none;
+  for (std::size_t t = 0; list.IsArray() && t < list.ArrayLen(); ++t) {
+    const tinygltf::Value& name = list.Get(static_cast<int>(t));  // no file has 2^31 of them
+    names.push_back(name.IsString() ? printable(name.Get<std::string>(), 120) : std::string());
+  }
+  return names;
+}
+
 }  // namespace
+
+std::vector<std::vector<std::string>> shapeNames(const tinygltf::Model& model) {
+  std::vector<std::vector<std::string>> names;
+  for (const tinygltf::Mesh& mesh : model.meshes) {
+    std::vector<std::string>& own = names.emplace_back(targetNames(mesh.extras));
+    if (mesh.primitives.empty()) continue;
+    if (own.empty()) own = targetNames(mesh.primitives[0].extras);
+    own.resize(mesh.primitives[0].targets.size());
+    for (std::size_t t = 0; t < own.size(); ++t) {
+      if (own[t].empty()) own[t] = fmt::format("shape_{:02}", t);
+    }
+  }
+  readVrmExpressions(model, [&](const std::string& expression, int mesh, int target) {
+    if (!isTelling(plain(expression)) || mesh < 0 || static_cast<std::size_t>(mesh) >= names.size()) return;
+    std::vector<std::string>& own = names[static_cast<std::size_t>(mesh)];
+    if (target < 0 || static_cast<std::size_t>(target) >= own.size()) return;
+    std::string& name = own[static_cast<std::size_t>(target)];
+    if (!tellsMouthOrLids(name)) name = expression;
+  });
+  return names;
+}
 
 std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<int>& parents) {
   std::vector<BoneRole> own(model.nodes.size(), BoneRole::kUnknown);
@@ -118,8 +202,7 @@ bool isMouthShape(std::string_view name) {
   const std::string text = plain(name);
   if (hasOneOf<10>(text, {"mouth", "jaw", "viseme", "mth", "lip", "smile", "phoneme", "tongue", "frown", "pucker"}))
     return true;
-  constexpr std::array<std::string_view, 12> kVowels{"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh", "ah", "oo"};
-  return std::find(kVowels.begin(), kVowels.end(), text) != kVowels.end();
+  return isVowel(text);
 }
 
 }  // namespace mouthpiece

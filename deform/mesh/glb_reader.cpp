@@ -103,7 +103,7 @@ class GlbParser {
     const auto [entry, is_new] = run_of_.try_emplace(position->second, runs_.size());
     if (is_new) {
       runs_.push_back({node, mesh_index, {}, soup_.vertexCount(), 0, {}});
-      addVertices(primitive, position->second, mesh);
+      addVertices(primitive, position->second);
     }
     GlbRun& run = runs_[entry->second];
     run.primitives.push_back(number);
@@ -113,7 +113,7 @@ class GlbParser {
     addTriangles(primitive, run.first_vertex, run.count, is_mirrored, addPart(primitive.material, mesh.name));
   }
 
-  void addVertices(const tinygltf::Primitive& primitive, int position_accessor, const tinygltf::Mesh& mesh) {
+  void addVertices(const tinygltf::Primitive& primitive, int position_accessor) {
     const GlbViews::Numbers places = views_.numbers(position_accessor, {TINYGLTF_TYPE_VEC3});
     const std::size_t count = unsignedIndex(places.rows());
     if (soup_.vertexCount() + count > kMaxMeshVertices)
@@ -132,13 +132,13 @@ class GlbParser {
         soup_.positions.push_back(point[axis]);
       }
     }
-    if (wanted_ == Wanted::kShapes) addShapes(primitive, mesh, run);
+    if (wanted_ == Wanted::kShapes) addShapes(primitive, run);
     if (wanted_ == Wanted::kBones) addCarried(poses, count);
     if (wanted_ != Wanted::kMesh) return;
     addColors(primitive, count);
     addTexture(primitive, count);
     for (std::size_t i = 0; i < count; ++i) soup_.evidence.bones.push_back(poses.roleAt(i));
-    addMouthMoves(primitive, mesh, run);
+    addMouthMoves(primitive, run);
   }
 
   void addCarried(const GlbPoses& poses, std::size_t count) {
@@ -148,13 +148,10 @@ class GlbParser {
     }
   }
 
-  /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
-  static std::string shapeName(const tinygltf::Mesh& mesh, std::size_t target) {
-    const tinygltf::Value none, &names = mesh.extras.IsObject() ? mesh.extras.Get("targetNames") : none;
-    const int place = static_cast<int>(target);  // no file has 2^31 of them
-    if (names.IsArray() && target < names.ArrayLen() && names.Get(place).IsString())
-      return printable(names.Get(place).Get<std::string>(), 120);
-    return fmt::format("shape_{:02}", target);
+  /// Of a primitive with more targets than its mesh' first one has, which is no glTF, the others have no name.
+  [[nodiscard]] std::string nameOf(const GlbRun& run, std::size_t target) const {
+    const std::vector<std::string>& names = shape_names_[unsignedIndex(run.mesh)];
+    return target < names.size() ? names[target] : fmt::format("shape_{:02}", target);
   }
 
   void padShape(VertexPositions& moves) const {
@@ -173,11 +170,11 @@ class GlbParser {
     return moves;
   }
 
-  void addShapes(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, const GlbRun& run) {
+  void addShapes(const tinygltf::Primitive& primitive, const GlbRun& run) {
     for (std::size_t target = 0; target < primitive.targets.size(); ++target) {
       const auto position = primitive.targets[target].find("POSITION");
       if (position == primitive.targets[target].end()) continue;
-      const std::string name = shapeName(mesh, target);
+      const std::string name = nameOf(run, target);
       std::size_t shape = 0;
       while (shape < shapes_.names.size() && shapes_.names[shape] != name) ++shape;
       if (shape == shapes_.names.size()) {
@@ -194,14 +191,15 @@ class GlbParser {
     }
   }
 
-  void addMouthMoves(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, const GlbRun& run) {
+  void addMouthMoves(const tinygltf::Primitive& primitive, const GlbRun& run) {
     VertexEvidence& evidence = soup_.evidence;
     evidence.mouth_moves.resize(soup_.vertexCount(), 0.0F);
     evidence.jaw_moves.resize(soup_.vertexCount(), 0.0F);
     for (std::size_t target = 0; target < std::min(primitive.targets.size(), kMaxShapes); ++target) {
       const auto position = primitive.targets[target].find("POSITION");
-      const std::string name = shapeName(mesh, target);
-      if (position == primitive.targets[target].end() || !isMouthShape(name)) continue;
+      if (position == primitive.targets[target].end()) continue;
+      const std::string name = nameOf(run, target);
+      if (!isMouthShape(name)) continue;
       const bool opens_jaw = isJawShape(name);
       has_mouth_shapes_ = true;
       has_jaw_shape_ = has_jaw_shape_ || opens_jaw;
@@ -296,6 +294,7 @@ class GlbParser {
   GlbNodes nodes_;
   const tinygltf::Model& model_ = nodes_.model();
   const GlbViews& views_ = nodes_.views();
+  const std::vector<std::vector<std::string>> shape_names_ = shapeNames(model_);
   MeshSoup soup_;
   std::vector<GlbRun> runs_;
   std::map<int, std::size_t> run_of_;  ///< by position accessor, of the mesh being read
@@ -319,6 +318,10 @@ FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::st
 
 std::vector<GlbRun> glbRuns(std::string_view bytes, std::string_view file, std::string_view object) {
   return GlbParser(bytes, file, object, Wanted::kRuns).runs();
+}
+
+std::vector<std::vector<std::string>> glbShapeNames(std::string_view bytes, std::string_view file) {
+  return shapeNames(GlbNodes(bytes, file).model());
 }
 
 GlbBones glbBones(std::string_view bytes, std::string_view file, std::string_view object) {

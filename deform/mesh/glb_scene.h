@@ -47,6 +47,9 @@ struct GlbBones {
 /// Those of parseFaceMesh(glb)'s scene, its vertices in their order. Throws InputError likewise.
 GlbBones glbBones(std::string_view glb, std::string_view file, std::string_view object = {});
 
+/// What the shapes of each mesh of a GLB are called, target by target (shapeNames()). Throws InputError likewise.
+std::vector<std::vector<std::string>> glbShapeNames(std::string_view glb, std::string_view file);
+
 /// The picture that colours a material, as the file holds it.
 struct GlbPicture {
   std::string mime;  ///< "image/png", "image/jpeg" or "image/webp"

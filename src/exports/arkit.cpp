@@ -299,7 +299,7 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
   const std::vector<bool> is_bare = bareSkin(mesh);
   std::vector<DrivenShape> own;
   for (std::size_t s = 0; s < shapes.names.size(); ++s) {
-    const int number = arkitIndex(shapes.names[s]);
+    const int number = arkitIndexAmong(shapes.names[s], shapes.names);
     if (isTaken(number) && shapes.moves[s].rows() == mesh.vertices.rows())
       own.push_back(drivenShape(number, shapes.moves[s], is_bare));
   }

@@ -63,10 +63,10 @@ RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::Matr
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
 
-/// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow...) do in `animation`,
-/// some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region rests. What they
-/// do is taken out of `animation`, and where they move the skin most they alone are left to do it: a blink of the
-/// head's own slides over the eyeball, which a warp does not.
+/// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow..., arkitIndexAmong()) do
+/// in `animation`, some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region
+/// rests. What they do is taken out of `animation`, and where they move the skin most they alone are left to do it: a
+/// blink of the head's own slides over the eyeball, which a warp does not.
 RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes);
 
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers

@@ -78,6 +78,16 @@ int arkitIndex(std::string_view shape_name) {
   return -1;
 }
 
+int arkitIndexAmong(std::string_view shape_name, const std::vector<std::string>& names) {
+  const int left = arkitIndex("EyeBlinkLeft"), right = arkitIndex("EyeBlinkRight"), own = arkitIndex(shape_name);
+  if (own >= 0 || arkitIndex(std::string(shape_name) + "_L") != left) return own;
+  const bool has_one_eyes = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    const int index = arkitIndex(name);
+    return index == left || index == right;
+  });
+  return has_one_eyes ? -1 : left;
+}
+
 const ArkitMarkerMoves& arkitMarkerMoves() {
   static const ArkitMarkerMoves shapes = [] {
     const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);

@@ -71,6 +71,9 @@ inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
 /// (browInnerUp_L) are that shape. The name of a mesh or a set may stand before it ("blendShape1.jawOpen"), not that of
 /// another shape ("jawOpen_mouthClose"). -1: none of them.
 int arkitIndex(std::string_view shape_name);
+/// The same of a shape of a head that has shapes of these `names`: one blink of both eyes (VRM's blink, eyesClosed) is
+/// EyeBlinkLeft where none of them is of one eye alone.
+int arkitIndexAmong(std::string_view shape_name, const std::vector<std::string>& names);
 
 /// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.
 struct ArkitMarkerMoves {

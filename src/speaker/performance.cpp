@@ -241,8 +241,8 @@ void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& 
   RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig().mesh(), shapes);
   if (weights.size() == 0) return;
   const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
-  own_shapes_ = OwnShapeWeights{std::move(weights), [most](std::string_view name) {
-                                  const int shape = arkitIndex(name);
+  own_shapes_ = OwnShapeWeights{std::move(weights), [most, names = shapes.names](std::string_view name) {
+                                  const int shape = arkitIndexAmong(name, names);
                                   return shape >= 0 && most(shape) > 0 ? shape : -1;
                                 }};
 }

@@ -96,6 +96,17 @@ class SpeechAdder {
     return primitives->at(0).value("targets", json::array()).size();
   }
 
+  /// What the file calls the mesh' targets: itself, or as UniVRM writes it, in its primitives.
+  static json ownNames(const json& mesh) {
+    const auto namesIn = [](const json& owner) {
+      const json extras = owner.value("extras", json());
+      return extras.is_object() ? extras.value("targetNames", json()) : json();
+    };
+    json names = namesIn(mesh);
+    if (names.is_null() && targetCount(mesh) > 0) names = namesIn(mesh["primitives"][0]);
+    return names.is_array() ? names : json::array();
+  }
+
   /// The shapes that move any vertex of the runs.
   static std::set<Eigen::Index> movedBy(const std::vector<const GlbRun*>& runs, const PrincipalShapes& shapes,
                                         const std::vector<Eigen::Index>& columns) {
@@ -116,9 +127,7 @@ class SpeechAdder {
   void completeNamed(Eigen::Index shape_count, std::map<int, std::set<Eigen::Index>>& added) {
     std::set<std::string> owned;
     for (const auto& [node, numbers] : added) {
-      const json names =
-          meshOf(unsignedIndex(node)).value("extras", json::object()).value("targetNames", json::array());
-      for (const json& name : names) {
+      for (const json& name : ownNames(meshOf(unsignedIndex(node)))) {
         if (name.is_string()) owned.insert(name.get<std::string>());
       }
     }
@@ -179,6 +188,7 @@ class SpeechAdder {
                                      [&](const json& other) { return other.value("mesh", json()) == number; });
     if (shown < 2) return;
     json copy = meshOf(node);
+    given_mesh_[node] = number.get<std::size_t>();
     nodes[node]["mesh"] = model_.root["meshes"].size();
     model_.root["meshes"].push_back(std::move(copy));
   }
@@ -217,15 +227,15 @@ class SpeechAdder {
 
   /// What Blender, three.js and others read names from. Own targets without any are called as these programs do.
   void nameTargets(json& mesh, std::size_t before, const std::set<Eigen::Index>& numbers) const {
-    json& extras = mesh["extras"];
-    if (!extras.is_object()) extras = json::object();
-    json& names = extras["targetNames"];
-    if (!names.is_array()) names = json::array();
+    json names = ownNames(mesh);
     while (names.size() > before) names.erase(names.size() - 1);
     while (names.size() < before) names.push_back(fmt::format("target_{}", names.size()));
     for (const Eigen::Index k : numbers) {
       names.push_back(shape_names_.empty() ? fmt::format("speech_{:02}", k) : shape_names_[unsignedIndex(k)]);
     }
+    json& extras = mesh["extras"];
+    if (!extras.is_object()) extras = json::object();
+    extras["targetNames"] = std::move(names);
   }
 
   /// The keys of the other animations of weights get room for the new targets.
@@ -249,19 +259,27 @@ class SpeechAdder {
         widened_);
   }
 
+  /// What the target of a node's mesh is; "" for none of the file's.
+  const std::string& ownName(std::size_t node, std::size_t target) {
+    static const std::string none;
+    if (!own_names_) own_names_ = glbShapeNames(glb_, file_);
+    const auto given = given_mesh_.find(node);
+    const std::size_t mesh =
+        given != given_mesh_.end() ? given->second : model_.root["nodes"][node]["mesh"].get<std::size_t>();
+    return mesh < own_names_->size() && target < (*own_names_)[mesh].size() ? (*own_names_)[mesh][target] : none;
+  }
+
   /// frames x targets of the node's mesh; nullopt where none of them moves.
   std::optional<RowMajorMatrixF> weightsOf(std::size_t node, std::size_t frames, const PrincipalShapes* shapes,
                                            const std::vector<Eigen::Index>* added, const OwnShapeWeights* own) {
     const json& mesh = meshOf(node);
     const std::size_t count = targetCount(mesh), before = count - (added != nullptr ? added->size() : 0);
-    const json names = mesh.value("extras", json::object()).value("targetNames", json::array());
     const json& rests = model_.root["nodes"][node].contains("weights") ? model_.root["nodes"][node]["weights"]
                                                                        : mesh.value("weights", json::array());
     RowMajorMatrixF weights = RowMajorMatrixF::Zero(signedIndex(frames), signedIndex(count));
     bool moves = added != nullptr;
     for (std::size_t k = 0; k < before; ++k) {
-      const int column =
-          own != nullptr && k < names.size() && names[k].is_string() ? own->column_of(names[k].get<std::string>()) : -1;
+      const int column = own != nullptr ? own->column_of(ownName(node, k)) : -1;
       const float rest = k < rests.size() && rests[k].is_number() ? rests[k].get<float>() : 0.0F;
       if (column >= 0)
         weights.col(signedIndex(k)) = own->weights.col(column);
@@ -280,6 +298,8 @@ class SpeechAdder {
   GlbModel model_;
   std::span<const std::string> shape_names_;
   std::vector<GlbRun> runs_;
+  std::optional<std::vector<std::vector<std::string>>> own_names_;  ///< glbShapeNames(), once asked for
+  std::map<std::size_t, std::size_t> given_mesh_;                   ///< by node: the mesh that its copy is of
   std::map<std::size_t, GlbModel::Widening> widened_;               ///< by node
   std::map<std::size_t, std::vector<Eigen::Index>> added_of_node_;  ///< the shapes that its mesh got
 };

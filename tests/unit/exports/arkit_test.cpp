@@ -145,12 +145,19 @@ TEST(Arkit, BlinksAsFarAsTheLidWhateverItsLashesDo) {
   }
   const Eigen::Index blink = arkitIndex("eyeBlinkLeft"), brow = arkitIndex("browInnerUp");
   const ArkitCurves curves = fitArkit(animation, head.mesh, head.shapes);
+  const FaceAnimation blinking = animation;
   const RowMajorMatrixF taken = takeLidsAndBrows(animation, head.mesh, head.shapes);
   for (const RowMajorMatrixF& weights : {curves.weights, taken}) {
     EXPECT_GT(weights(35, blink), 0.98F);
     EXPECT_EQ(weights(10, blink), 0);
     EXPECT_NEAR(weights(35, brow), 0.5F, kWeightWithin);
   }
+  head.shapes.names[0] = "blink";
+  FaceAnimation again = blinking;
+  EXPECT_EQ(takeLidsAndBrows(again, head.mesh, head.shapes), taken) << "both eyes' is the left one's";
+  head.shapes.names[1] = "eyeBlinkRight";
+  again = blinking;
+  EXPECT_EQ(takeLidsAndBrows(again, head.mesh, head.shapes).col(blink).maxCoeff(), 0) << "one eye's goes before";
   for (Eigen::Index v = kLid / 2 + 1; v < kLid; ++v)
     EXPECT_NEAR(animation.positions(35, 3 * v + 1), head.mesh.vertices(v, 1), 1e-3F) << "the shape alone moves the lid";
 }

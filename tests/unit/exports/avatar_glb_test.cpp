@@ -191,6 +191,35 @@ TEST(Avatar, DrivesItsOwnShapes) {
   for (std::size_t f = 0; f < 5; ++f) EXPECT_EQ(keys[4 * f + 1], 0.75);
 }
 
+TEST(Avatar, ItsShapesAreNamedByMeshPrimitiveOrExpression) {
+  const auto speech = [](const AvatarStyle& style) {
+    const OwnShapeWeights own{RowMajorMatrixF::Constant(5, 1, 0.75F), [](std::string_view name) {
+                                return name == "eyeBlinkLeft" || name == "blinkLeft" || name == "blink_l" ? 0 : -1;
+                              }};
+    return GlbFile(spoken(madeUpAvatar(style), {}, &own));
+  };
+  using Names = std::vector<std::string>;
+  const auto namesOf = [](const AvatarStyle& style) { return parseGlbShapes(madeUpAvatar(style), "avatar.glb").names; };
+  using test::ShapesNamedBy;
+  const AvatarStyle by_primitive{.vrm = 0, .named = ShapesNamedBy::kPrimitive},
+      by_vrm0{.vrm = 0, .named = ShapesNamedBy::kExpressions}, by_vrm1{.vrm = 1, .named = ShapesNamedBy::kExpressions};
+  EXPECT_EQ(namesOf(by_primitive), (Names{"jawOpen", "eyeBlinkLeft"}));
+  EXPECT_EQ(namesOf(by_vrm0), (Names{"a", "blink_l"}));
+  EXPECT_EQ(namesOf(by_vrm1), (Names{"aa", "blinkLeft"}));
+  for (const AvatarStyle& style : {by_primitive, by_vrm0, by_vrm1}) {
+    const GlbFile given(madeUpAvatar(style)), after = speech(style);
+    EXPECT_EQ(after.root["extensions"], given.root["extensions"]);
+    const json& face = *named(after.root["meshes"], "AnnFace");
+    const json was =
+        style.named == ShapesNamedBy::kPrimitive ? json{"jawOpen", "eyeBlinkLeft"} : json{"あ", "ウィンク"};
+    EXPECT_EQ(face["extras"]["targetNames"], (json{was[0], was[1], "speech_00", "speech_01"}))
+        << "as the file has them";
+    EXPECT_EQ(face["primitives"][0]["extras"], (*named(given.root["meshes"], "AnnFace"))["primitives"][0]["extras"]);
+    const std::vector<double> keys = after.accessor(after.root["animations"][1]["samplers"][0]["output"]);
+    EXPECT_EQ(keys[1], 0.75) << "the blink is driven";
+  }
+}
+
 TEST(Avatar, AMeshOfTwoNodesMovesInOneOfThem) {
   const std::string given = madeUpAvatar({.shared_lash = true});
   const FaceMesh mesh = parseGlb(given, "avatar.glb");

@@ -89,7 +89,26 @@ class AvatarWriter {
           {"specVersion", "1.0"},
           {"humanoid", {{"humanBones", {{"head", {{"node", 1}}}}}}},
           {"expressions",
-           {{"preset", {{"aa", {{"morphTargetBinds", {{{"node", 4}, {"index", 0}, {"weight", 1.0}}}}}}}}}}};
+           {{"preset",
+             {{"aa", {{"morphTargetBinds", {{{"node", 4}, {"index", 0}, {"weight", 1.0}}}}}},
+              {"blinkLeft", {{"morphTargetBinds", {{{"node", 4}, {"index", 1}, {"weight", 1.0}}}}}},
+              {"surprised",
+               {{"morphTargetBinds",
+                 {{{"node", 4}, {"index", 0}, {"weight", 0.5}}, {{"node", 4}, {"index", 1}}}}}}}}}}};
+    }
+    if (style_.vrm == 0) {
+      const auto group = [](const char* preset, const json& binds) {
+        return json{{"name", "Group"}, {"presetName", preset}, {"binds", binds}};
+      };
+      root_["extensionsUsed"].push_back("VRM");
+      root_["extensions"]["VRM"] = {{"specVersion", "0.0"},
+                                    {"humanoid", {{"humanBones", {{{"bone", "head"}, {"node", 1}}}}}},
+                                    {"secondaryAnimation", {{"boneGroups", {{{"bones", {3}}, {"stiffiness", 0.5}}}}}},
+                                    {"blendShapeMaster",
+                                     {{"blendShapeGroups",
+                                       {group("a", {{{"mesh", 0}, {"index", 0}, {"weight", 100}}}),
+                                        group("blink_l", {{{"mesh", 0}, {"index", 1}, {"weight", 100}}}),
+                                        group("joy", {{{"mesh", 0}, {"index", 0}}, {{"mesh", 0}, {"index", 1}}})}}}}};
     }
     return glbOf(root_.dump(), binary_);
   }
@@ -280,10 +299,14 @@ class AvatarWriter {
       return vectors(style_.quantised ? quantised(scaled(points)) : scaled(points), false);
     };
     skin_part["targets"] = {{{"POSITION", moves(jaw_open)}}, {{"POSITION", moves(blink)}}};
+    json extras{{"artist", "Ö"}};
+    if (style_.named == ShapesNamedBy::kMesh) extras["targetNames"] = {"jawOpen", "eyeBlinkLeft"};
+    if (style_.named == ShapesNamedBy::kPrimitive) skin_part["extras"]["targetNames"] = {"jawOpen", "eyeBlinkLeft"};
+    if (style_.named == ShapesNamedBy::kExpressions) extras["targetNames"] = {"あ", "ウィンク"};
     const std::size_t face_mesh = mesh({{"name", name + "Face"},
                                         {"primitives", {skin_part}},
                                         {"weights", {0.0, 0.25}},
-                                        {"extras", {{"targetNames", {"jawOpen", "eyeBlinkLeft"}}, {"artist", "Ö"}}}});
+                                        {"extras", std::move(extras)}});
     // Joint 0 is the head. What its bind matrix holds beside its place takes the mesh's scale back.
     const float unit = (style_.quantised ? kQuantum : 1.0F) / scale;
     const std::vector<float> binds{unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0, 0, 0,    0, 1,
