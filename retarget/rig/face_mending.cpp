@@ -29,10 +29,15 @@ constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
 bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
 
-bool meetWrongly(const FaceJudgement& found) { return std::any_of(found.faults.begin(), found.faults.end(), isOfLips); }
+/// Closures that stay open are seen, too, where they are few enough to be no fault.
+bool meetWrongly(const FaceJudgement& found) {
+  return found.touching < found.closures || std::any_of(found.faults.begin(), found.faults.end(), isOfLips);
+}
+
+bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
 
 bool canBeMended(const FaceJudgement& found) {
-  return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
+  return !isWhole(found) && (!found.torn.empty() || meetWrongly(found));
 }
 
 /// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
@@ -106,6 +111,9 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
                          {true, LipLevelling::Options{}, false, true},
                          {true, LipLevelling::Options{}},
                          {true, kLevelledHarder, true}}) {
+    // Few open closures of a face that is well are not worth what may bring faults: surfaces that meet, at once or not.
+    const bool was_well = first.faults.empty();
+    if (was_well && !way.meets) continue;
     if (way.levels || way.meets) {
       if (!is_of_lips) is_of_lips = meetWrongly(judged);
       if (!*is_of_lips) break;
@@ -141,9 +149,9 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
       }
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
       const bool only_lips = std::all_of(last.faults.begin(), last.faults.end(), isOfLips);
-      if (!canBeMended(last) || (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better))) break;
+      if (was_well || !canBeMended(last) || (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better))) break;
     }
-    if (judged.faults.empty()) break;
+    if (isWhole(judged)) break;
   }
   return judged;
 }
