@@ -91,6 +91,10 @@ int runFit(const FitArguments& given) {
                           report.faults().size(), page.string(),
                           given.even_if_faulty ? "written all the same" : "not written, see --even-if-faulty"),
               false);
+  printNotice(fmt::format("{0}: its anchors were found, not clicked: look where they are with `retarget anchors {0} "
+                          "--show found.html`",
+                          given.mesh.string()),
+              !given.anchors.empty());
   return kExitBadInput;
 }
 
