@@ -72,7 +72,7 @@ struct LipContact {
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
   std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest
   /// How tall a slit one looks straight through in each, from the front and 0.18 mouths deep: surfaces that touch
-  /// somewhere in a column may leave one beside it. The outer ones have those beyond, up to 0.18 mouths off the corners.
+  /// somewhere in a column may leave one beside it.
   std::array<double, kColumns> slits{};
   std::array<double, kLipColumns> overlaps{};  ///< of `overlap`, across the whole mouth
 };

@@ -38,10 +38,8 @@ constexpr double kInFlesh = 0.1;
 constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
-/// Upright sections in which one looks between the lips, a fifth of a millimetre apart on a man, from where LipMeeting
-/// brings lips wholly together on one side, a share of the mouth's width, to that on the other.
-constexpr std::size_t kSights = 160;
-constexpr double kSightsFrom = 0.18;
+/// Upright sections in which one looks between the lips, a sixth of a millimetre apart on a man.
+constexpr std::size_t kSights = 16 * kColumns;
 constexpr double kDeepSight = 0.18;  ///< behind the lips' fronts: what is deeper is seen, not the crease of thick lips
 
 /// A place on a triangle of the mesh.
@@ -169,7 +167,7 @@ class PosedSurface {
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
-/// A lip in upright sections across the mouth.
+/// A lip in upright sections across the middle half of the mouth.
 class Sights {
  public:
   /// `from` and `along`: the mouth's right corner and the way to the left one.
@@ -180,7 +178,7 @@ class Sights {
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3d at = pointAt(vertices, t[k]);
         const double way = (at - from).dot(along) / along.squaredNorm();
-        p[k] = {(way - kSightsFrom) / (1 - 2 * kSightsFrom) * asReal(kSights) - 0.5, at.y(), at.z()};
+        p[k] = {(way - 0.25) / 0.5 * asReal(kSights) - 0.5, at.y(), at.z()};
       }
       std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
       const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
@@ -378,9 +376,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   for (std::size_t s = 0; s < kSights; ++s) {
     const double depth = std::min(above.front(s), below.front(s)) - kDeepSight * data_->along.norm();
     const double slit = above.edge(s, -1, depth) - below.edge(s, 1, depth);
-    const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
-    const double column = std::clamp((way - 0.25) / 0.5, 0.0, 0.999) * asReal(kColumns);
-    double& tallest = contact.slits[unsignedIndex(wholePart(column))];
+    double& tallest = contact.slits[s * kColumns / kSights];
     if (std::isfinite(slit)) tallest = std::max(tallest, slit);
   }
   contact.gap = *std::max_element(gaps.begin(), gaps.end());

@@ -243,6 +243,10 @@ TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
   EXPECT_EQ(runProgram("retarget", fit).exit_code, 1);
   EXPECT_TRUE(fs::exists(face));
   EXPECT_EQ(runProgram("retarget", {"check", face.string(), "--corpus", corpus.string()}).exit_code, 1);
+  if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "face_tracker")) return;
+  EXPECT_EQ(refused.err.find("found, not clicked"), std::string::npos) << "its anchors were given";
+  fit.erase(fit.begin() + 3, fit.begin() + 5);
+  EXPECT_NE(runProgram("retarget", fit).err.find("found, not clicked"), std::string::npos);
 }
 
 TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {

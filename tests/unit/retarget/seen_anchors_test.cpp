@@ -176,16 +176,11 @@ TEST(SeenAnchorsAnywhere, AreFoundByFitWhereNoneAreGiven) {
   if (!fs::exists(corpus)) GTEST_SKIP() << "no " << corpus << "; make it with `make`";
   const ScratchFolder folder;
   const fs::path face = folder.path() / "head.face";
-  std::vector<std::string> fit{"fit",           "--mesh", kDefaultHead.string(), "--corpus",
-                               corpus.string(), "--out",  face.string()};
-  const auto result = runProgram("retarget", fit);
+  const auto result = runProgram(
+      "retarget", {"fit", "--mesh", kDefaultHead.string(), "--corpus", corpus.string(), "--out", face.string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.err.find("found 10 anchors as the head looks"), std::string::npos) << result.err;
   EXPECT_TRUE(fs::exists(face));
-  fit.insert(fit.end(), {"--max-angle", "1"});
-  const auto faulty = runProgram("retarget", fit);
-  EXPECT_EQ(faulty.exit_code, 1);
-  EXPECT_NE(faulty.err.find("found, not clicked"), std::string::npos) << faulty.err;
 }
 
 }  // namespace
