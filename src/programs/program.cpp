@@ -75,6 +75,13 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+/// The program's command line and that of the command which was named.
+std::vector<const CLI::App*> inUse(const CLI::App& app) {
+  std::vector<const CLI::App*> in_use{&app};
+  for (const CLI::App* each : app.get_subcommands()) in_use.push_back(each);
+  return in_use;
+}
+
 /// The option or subcommand that a mistyped word of the command line is nearest to, of those that `app` and the
 /// subcommand in use know; "" where none is near.
 std::string nearestTo(std::string_view typed, const CLI::App& app) {
@@ -88,12 +95,11 @@ std::string nearestTo(std::string_view typed, const CLI::App& app) {
       least = away;
     }
   };
-  for (const CLI::App* each : app.get_subcommands({})) {
-    if (!word.starts_with("-")) consider(each->get_name());
+  if (!word.starts_with("-")) {
+    for (const CLI::App* each : app.get_subcommands({})) consider(each->get_name());
+    return best;
   }
-  std::vector<const CLI::App*> in_use{&app};
-  for (const CLI::App* each : app.get_subcommands()) in_use.push_back(each);
-  for (const CLI::App* each : in_use) {
+  for (const CLI::App* each : inUse(app)) {
     for (const CLI::Option* option : each->get_options()) {
       for (const std::string& name : option->get_lnames()) consider("--" + name);
     }
@@ -101,8 +107,22 @@ std::string nearestTo(std::string_view typed, const CLI::App& app) {
   return best;
 }
 
+/// "; --audio took --out for its value" where an option's value is the name of another, else nothing.
+std::string swallowedNames(const CLI::App& app) {
+  std::string text;
+  for (const CLI::App* each : inUse(app)) {
+    for (const CLI::Option* option : each->get_options()) {
+      for (const std::string& value : option->results()) {
+        const CLI::Option* other = value.starts_with("--") ? each->get_option_no_throw(value) : nullptr;
+        if (other != nullptr) text += fmt::format("; {} took {} for its value", option->get_name(), value);
+      }
+    }
+  }
+  return text;
+}
+
 /// Wrong usage on one line, as every other error: what CLI11 says, what may have been meant by words that nobody knows,
-/// and whose help tells more.
+/// which options went astray, and whose help tells more.
 std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
   constexpr std::size_t kLongest = 2000;
   const std::vector<std::string> unknown = app->remaining(true);
@@ -115,6 +135,7 @@ std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
     const std::string meant = nearestTo(typed, *app);
     if (!meant.empty() && meant != typed) text += fmt::format("; did you mean {}?", meant);
   }
+  text += swallowedNames(*app);
   std::string command(program_name);
   for (const CLI::App* each : app->get_subcommands()) command += " " + each->get_name();
   return fmt::format("{} (`{} --help` tells more)\n", text, command);

@@ -75,8 +75,15 @@ TEST(DidYouMean, NamesTheOptionOrCommandThatIsNearest) {
     EXPECT_TRUE(holds(result.err, expected)) << words[1] << ": " << result.err;
   }
   EXPECT_FALSE(holds(runProgram("synth", {"--nothing-like-it", "a"}).err, "did you mean"));
+  EXPECT_FALSE(holds(runProgram("retarget", {"fit", "a.json"}).err, "did you mean"));  // --json is no file
   EXPECT_TRUE(
       holds(runProgram("synth", {"--voce", "flite:slt", "--text", "a"}).err, "nothing takes --voce flite:slt;"));
+}
+
+TEST(WrongUsage, NamesTheOptionThatTookAnotherForItsValue) {
+  EXPECT_TRUE(holds(runProgram("retarget", {"fit", "head.glb", "anchors.json", "--mouth-parts", "--out", "f.face"}).err,
+                    "; --mouth-parts took --out for its value"));
+  EXPECT_TRUE(holds(runProgram("synth", {"--text", "--out", "folder"}).err, "; --text took --out for its value"));
 }
 
 TEST_F(FirstSteps, FilmRatesAreTaken) {
