@@ -42,8 +42,10 @@ build: setup build/build.ninja
 	@cmake --build build -j $(JOBS) --target programs
 
 # What synth speaks with when it is told nothing else. Made again when the program that makes it has changed.
-$(CANONICAL_FACE): tools/fetch_canonical_face.sh
-	@tools/fetch_canonical_face.sh $@
+# MediaPipe's (468 vertices, Apache-2.0, (c) The MediaPipe Authors).
+$(CANONICAL_FACE): tools/fetch_packed.sh
+	@tools/fetch_packed.sh mind-ar@1.2.5 e14a0f6e1bdd85beb757d72354999a967efcaaac2fc9a036ce1852ea2d6c5193 $(@D) \
+	  src/face-target/face-geometry/canonical-face-model.obj:$(@F)
 	@touch $@
 $(SHARE)/sample.corpus: build/bin/corpus
 	@build/bin/corpus sample $(SAMPLE_TAKES) --prompts rich

@@ -35,6 +35,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # What the programs start, load or read while they run: voices, and the acoustic model of the aligner.
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS
   "festival, festvox-us-slt-hts, festvox-kallpc16k, libflite1, libespeak-ng1, espeak-ng-data, pocketsphinx-en-us")
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS "nodejs")  # recordings without their words are heard better with it
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "ffmpeg, blender, mecab, open-jtalk-mecab-naist-jdic")
 set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION
   "Mouthpiece makes a face speak with movements learnt and taken from motion capture: a line,\n a recording or a song in; a moving face, sound and curves for animation programs out.\n A sample corpus and face are part of it.")

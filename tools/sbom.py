@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """What Mouthpiece is made of, as SPDX 2.3 JSON: Debian's packages of tools/setup.sh with their versions here and licences
-(from /usr/share/doc/PACKAGE/copyright), and npm's of viewer/package-lock.json.
+(from /usr/share/doc/PACKAGE/copyright), npm's of viewer/package-lock.json, and those of which tools/fetch_packed.sh brings files.
 
     sbom.py --out build/mouthpiece.spdx.json
 
@@ -75,6 +75,15 @@ def npm_packages():
                    "from": f"pkg:npm/{name.replace('@', '%40')}@{facts['version']}", "only_tests": facts.get("dev", False)}
 
 
+def npm_files():
+    """Packages of which tools/fetch_packed.sh brings some files."""
+    licences = {"mind-ar": ["Apache-2.0"], "@moonshine-ai/moonshine-js": ["MIT"]}
+    for file in ("Makefile", "viewer/CMakeLists.txt"):
+        for name, version in re.findall(r"fetch_packed\.sh (\S+)@(\d\S*)", (ROOT / file).read_text()):
+            yield {"name": name, "version": version, "licences": licences.get(name, []),
+                   "from": f"pkg:npm/{name.replace('@', '%40')}@{version}"}
+
+
 def element_of(package, number):
     # All licences of a package's files: Debian tells which file has which, SPDX here that all apply somewhere in it.
     declared = " AND ".join(f"({l})" if " " in l else l for l in package["licences"]) or "NOASSERTION"
@@ -95,7 +104,7 @@ def main():
     commit = git("rev-parse", "HEAD") or "unknown"
     seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or git("log", "-1", "--format=%ct") or 0)
     version = re.search(r"project\(Mouthpiece VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
-    packages = list(debian_packages()) + list(npm_packages())
+    packages = list(debian_packages()) + list(npm_packages()) + list(npm_files())
     own = {"SPDXID": "SPDXRef-Mouthpiece", "name": "Mouthpiece", "versionInfo": version, "downloadLocation": "NOASSERTION",
            "filesAnalyzed": False, "licenseConcluded": "GPL-3.0-or-later", "licenseDeclared": "GPL-3.0-or-later",
            "copyrightText": "NOASSERTION"}

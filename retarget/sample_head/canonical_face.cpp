@@ -220,7 +220,7 @@ OpenedFace openCanonicalFace(const FaceMesh& canonical, std::string_view file) {
     throw InputError(
         file, "",
         fmt::format("found a mesh of {} vertices and {} triangles; expected the canonical face of 468 and 898 "
-                    "(tools/fetch_canonical_face.sh)",
+                    "(`make data` brings it)",
                     canonical.vertices.rows(), canonical.triangles.size()));
   }
   OpenedFace face;

@@ -15,7 +15,7 @@ struct DefaultFace {
   Anchors anchors;  ///< every marker of the default layout with a landmark, and the control surface's virtual points
 };
 
-/// `canonical`: what tools/fetch_canonical_face.sh brings. The same input gives the same bytes. Throws InputError when
+/// `canonical`: what `make data` brings. The same input gives the same bytes. Throws InputError when
 /// it is another mesh.
 DefaultFace makeDefaultFace(const FaceMesh& canonical, std::string_view file);
 

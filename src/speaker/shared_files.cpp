@@ -50,6 +50,14 @@ fs::path corpusFile(const fs::path& named) {
   return named.empty() ? findSharedFile("sample.corpus", kMake) : named;
 }
 
+fs::path wordNetworkFolder() {
+  try {
+    return findSharedFile("word_network/hear_words.mjs", "").parent_path();
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 std::filesystem::path pageEngineFile() {
   return findSharedFile("page_engine.wasm", "make it with `make wasm` in the checkout");
 }

@@ -12,6 +12,8 @@ std::filesystem::path findSharedFile(std::string_view name, std::string_view how
 /// The corpus that an option names: none is the sample corpus, "clock", where no file has that name, its 55 sentences
 /// of the paper's grammar. Throws the same.
 std::filesystem::path corpusFile(const std::filesystem::path& named);
+/// Where the network that hears words is; empty where nobody has brought it.
+std::filesystem::path wordNetworkFolder();
 /// The WebAssembly that `make wasm` builds for pages (src/page_engine). Throws InputError where nobody has.
 std::filesystem::path pageEngineFile();
 

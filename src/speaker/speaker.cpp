@@ -190,6 +190,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
     wanted.speaker = soundsOf(corpus.data().corpus);
     wanted.lexicon = known;
     wanted.language = language;
+    wanted.word_network = wordNetworkFolder();
     recogniser = makeRecogniser(wanted);
     recogniser_hint = source.hint;
   }

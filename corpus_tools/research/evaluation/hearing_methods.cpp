@@ -122,8 +122,9 @@ HearingErrors hearingErrors(const std::vector<std::string>& right, const std::ve
   return errors;
 }
 
-EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint) {
-  return [&scores, hint](const Corpus& corpus, const UnitDatabase& database) {
+EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint,
+                                 const std::filesystem::path& word_network) {
+  return [&scores, hint, word_network](const Corpus& corpus, const UnitDatabase& database) {
     std::vector<EvaluationMethod> methods{unitMethod("guided (labels)", database, guidedOptions())};
     std::vector<std::string> lines;
     std::vector<LabelledSound> speaker;
@@ -133,7 +134,8 @@ EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::s
       speaker.push_back({take.audio, take.labels});
       likely->add(take.labels);
     }
-    const auto add = [&](const std::string& way, const RecogniserOptions& options) {
+    const auto add = [&](const std::string& way, RecogniserOptions options) {
+      options.word_network = word_network;
       const auto listener = std::make_shared<Listener>(options, scores, way);
       const EvaluationMethod from_labels = unitMethod(way, database, guidedOptions());
       methods.push_back({way, [listener, from_labels, likely](const CorpusTake& take, EvaluationRow& row) {

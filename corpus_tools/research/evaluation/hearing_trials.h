@@ -64,8 +64,9 @@ struct HearingScore {
 
 /// The default method, with the sound, from a take's own labels, and from what is heard in its sound alone: by words
 /// and phones with the corpus' lines known, with `hint` beside or nothing known, and by phones. `scores` gets a row a
-/// way and must outlive the methods. Takes need their sound.
-EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint);
+/// way and must outlive the methods. `word_network`: RecogniserOptions'. Takes need their sound.
+EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint,
+                                 const std::filesystem::path& word_network);
 
 /// A table for people, and the same as JSON.
 std::string hearingTable(const std::vector<HearingScore>& scores);

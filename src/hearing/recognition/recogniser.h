@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -46,10 +47,12 @@ struct RecogniserOptions {
   std::vector<LabelledSound> speaker = {};
   const Lexicon* lexicon = nullptr;  ///< kept alive by the caller
   const Language* language = &english();
+  /// With the network that hears English words (word_network.h); where it is not there PocketSphinx hears them alone.
+  std::filesystem::path word_network = {};
 };
 
-/// PocketSphinx' words and our own loop of phones (docs/theory/hearing/recognition.md). Memory is bounded by a
-/// stretch between pauses, 20 s at most. Throws InputError without an acoustic model.
+/// A network's words, PocketSphinx' and our own loop of phones (docs/theory/hearing/recognition.md). Memory is bounded
+/// by a stretch between pauses, 20 s at most. Throws InputError without an acoustic model.
 std::unique_ptr<Recogniser> makeRecogniser(const RecogniserOptions& options);
 
 /// The confidence of each phone of labels that were built from `segments`, whose confidences are given; silences: 1.

@@ -15,6 +15,7 @@
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/sound_search.h"
+#include "hearing/recognition/word_network.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -48,8 +49,15 @@ double oddsOfCorpusWords(double apart, double believed, double in_order) {
 }
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
-/// Of a word of the language model, the logarithm of the odds that it is wrong, and from where on it is told.
+/// Words of the network: by how far they are believed, and the mean logarithm of their probabilities.
+double oddsOfNetworkWords(double believed, double sure) { return 0.513 - 0.657 * believed - 2.300 * sure; }
+/// Of a word of the language model or the network, the logarithm of the odds that it is wrong, and from where on it is
+/// told.
 double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
+double oddsOfNetworkWord(double believed, double sure) { return -1 - 0.3 * believed - 2 * sure; }
+/// Where the network's words are less likely wrong than this PocketSphinx' are not asked for; where both are more
+/// likely wrong than the second they tell less than phones.
+constexpr double kNetworkSure = -2, kNetworkUnlikely = 1.5;
 constexpr double kWordDoubted = 0.405;  // 1.5 to 1
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
@@ -58,6 +66,8 @@ constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
 constexpr Seconds kLeastDoubted = 0.5;
 /// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
 constexpr double kLeastInOrder = 0.8;
+/// A network hears words by those around them, so that stretches are heard together across such a pause.
+constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// The logarithm of the odds of a word as a transcript's.
@@ -73,6 +83,14 @@ struct WordsHeard {
   double fit = 0;            ///< of all, in the mean over time
   double believed = 1;       ///< as a transcript is, the least believed of its lines
   double word_odds = 0;      ///< logarithm of the odds of a word as a transcript's, the mean
+};
+
+/// Words of a model of the language for a stretch.
+struct ModelWords {
+  WordsHeard heard;
+  double odds = 0;                ///< logarithm of the odds that many are wrong
+  std::vector<double> word_odds;  ///< of each of its words, that it is; none where they are not the labels' words
+  bool by_network = false;
 };
 
 /// The phones that are heard without words: how well they fit in the mean, and how long they are.
@@ -120,11 +138,24 @@ class SoundRecogniser : public Recogniser {
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
   [[nodiscard]] PhonesFit fitOfPhones(const Eigen::MatrixXf& posteriors) const;
-  /// Whether words of the language model are taken, not the phones that are heard without them.
-  [[nodiscard]] bool areLikely(const WordsHeard& words, const PhonesFit& phones) const;
-  void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
-  /// Names words of the language model that are likely wrong; their phones are no surer than they are.
-  static void doubtWords(const FoundWords& found, Seconds start, WordsHeard& words, Collected& all);
+  /// Whether words of a model are taken, not the phones that are heard without them.
+  [[nodiscard]] bool areLikely(const ModelWords& words, const PhonesFit& phones) const;
+  std::optional<ModelWords> wordsBySearch(std::span<const std::int16_t> samples, const AudioClip& clip,
+                                          const Eigen::MatrixXf& posteriors);
+  std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const AudioClip& clip,
+                                           const Eigen::MatrixXf& posteriors);
+  /// Of both those that are less likely wrong.
+  std::optional<ModelWords> wordsByModels(std::span<const std::int16_t> samples,
+                                          const std::vector<NetworkWord>& by_network, const AudioClip& clip,
+                                          const Eigen::MatrixXf& posteriors);
+  /// The network's words of each stretch; none where there is no network or it fails, which `heard` then tells.
+  std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
+                                                     HeardSpeech& heard) const;
+  /// `by_network`: the network's words.
+  void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
+                   Collected& all);
+  /// Names words of a model that are likely wrong; their phones are no surer than they are.
+  static void doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard& words, Collected& all);
   /// Puts P, B and M that are heard without words into `words` where these have none.
   void keepClosings(const Eigen::MatrixXf& posteriors, WordsHeard& words) const;
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
@@ -371,7 +402,20 @@ double apart(const SpeechLabels& words, const std::vector<Phone>& row) {
   return asReal(changes.back()) / std::max(1.0, asReal(std::max(count, row.size())));
 }
 
-void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all) {
+std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
+    std::span<const std::span<const std::int16_t>> stretches, HeardSpeech& heard) const {
+  std::vector<std::vector<NetworkWord>> none(stretches.size());
+  if (!search_ || stretches.empty() || !hasWordNetwork(options_.word_network)) return none;
+  try {
+    return hearWords(options_.word_network, stretches);
+  } catch (const InputError& error) {
+    heard.warnings.push_back(fmt::format("the network that hears words was not heard ({})", error.what()));
+    return none;
+  }
+}
+
+void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
+                                  const std::vector<NetworkWord>& by_network, Collected& all) {
   const Eigen::MatrixXf posteriors = ear_.posteriors(samples);
   const Seconds length = asReal(posteriors.cols()) * kEarStep;
   const PhonesFit phones = fitOfPhones(posteriors);
@@ -387,7 +431,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   AudioClip clip{kEarRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   std::optional<WordsHeard> best;
-  std::optional<FoundWords> found;
+  std::optional<ModelWords> found;
   double in_order = 0;
   if (has_book_) {
     const std::vector<std::string> words = search_->hearBook(samples, ear_.voice());
@@ -397,19 +441,17 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
     if (may_be) best = wordsAs(words, clip, posteriors);
   }
   if (!best || best->fit < kSurelyFits) {
-    FoundWords any_found = search_->hear(samples, ear_.voice());
-    std::optional<WordsHeard> any = wordsAs(any_found.words, clip, posteriors);
-    if (any && (!best || any->fit > kBookBonus * best->fit)) {
-      best = std::move(any);
-      found = std::move(any_found);
+    std::optional<ModelWords> any = wordsByModels(samples, by_network, clip, posteriors);
+    if (any && (!best || any->heard.fit > kBookBonus * best->fit)) {
+      best = any->heard;
+      found = std::move(any);
     }
   }
-  const bool is_likely = best && (found ? areLikely(*best, phones) : best->fit >= kBookFits);
+  const bool is_likely = best && (found ? areLikely(*found, phones) : best->fit >= kBookFits);
   const bool are_words = best && (options_.as == HearAs::kWords || is_likely);
   if (are_words && found) {
-    const double rivals = std::accumulate(found->rivals.begin(), found->rivals.end(), 0.0);
-    doubt(oddsOfModelWords(best->word_odds, rivals / asReal(found->rivals.size())));
-    doubtWords(*found, start, *best, all);
+    doubt(found->odds);
+    doubtWords(found->word_odds, start, *best, all);
   } else if (are_words && options_.hint.empty() && !ear_.knowsSpeaker()) {
     doubt(oddsOfCorpusWords(apart(best->alignment.labels, phones.row), best->word_odds, in_order));
   } else {
@@ -421,11 +463,53 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
 }
 
-void SoundRecogniser::doubtWords(const FoundWords& found, Seconds start, WordsHeard& words, Collected& all) {
+std::optional<ModelWords> SoundRecogniser::wordsBySearch(std::span<const std::int16_t> samples, const AudioClip& clip,
+                                                         const Eigen::MatrixXf& posteriors) {
+  const FoundWords found = search_->hear(samples, ear_.voice());
+  std::optional<WordsHeard> heard = wordsAs(found.words, clip, posteriors);
+  if (!heard) return std::nullopt;
+  const double rivals = std::accumulate(found.rivals.begin(), found.rivals.end(), 0.0) / asReal(found.rivals.size());
+  ModelWords words{.heard = std::move(*heard), .odds = 0, .word_odds = {}};
+  words.odds = oddsOfModelWords(words.heard.word_odds, rivals);
+  const std::vector<double>& confidence = words.heard.alignment.confidence;
+  for (std::size_t i = 0; i < confidence.size() && confidence.size() == found.rivals.size(); ++i)
+    words.word_odds.push_back(oddsOfModelWord(oddsOf(confidence[i]), found.rivals[i]));
+  return words;
+}
+
+std::optional<ModelWords> SoundRecogniser::wordsByNetwork(const std::vector<NetworkWord>& words, const AudioClip& clip,
+                                                          const Eigen::MatrixXf& posteriors) {
+  std::vector<std::string> texts;
+  double sure = 0;
+  for (const NetworkWord& word : words) {
+    texts.push_back(word.text);
+    sure += word.log_probability / asReal(words.size());
+  }
+  std::optional<WordsHeard> heard = wordsAs(texts, clip, posteriors);
+  if (!heard) return std::nullopt;
+  ModelWords found{.heard = std::move(*heard), .odds = 0, .word_odds = {}, .by_network = true};
+  found.odds = oddsOfNetworkWords(found.heard.word_odds, sure);
+  const std::vector<double>& confidence = found.heard.alignment.confidence;
+  for (std::size_t i = 0; i < confidence.size() && confidence.size() == words.size(); ++i)
+    found.word_odds.push_back(oddsOfNetworkWord(oddsOf(confidence[i]), words[i].log_probability));
+  return found;
+}
+
+std::optional<ModelWords> SoundRecogniser::wordsByModels(std::span<const std::int16_t> samples,
+                                                         const std::vector<NetworkWord>& by_network,
+                                                         const AudioClip& clip, const Eigen::MatrixXf& posteriors) {
+  std::optional<ModelWords> network = wordsByNetwork(by_network, clip, posteriors);
+  if (network && network->odds < kNetworkSure) return network;
+  std::optional<ModelWords> search = wordsBySearch(samples, clip, posteriors);
+  return network && (!search || network->odds <= search->odds) ? network : search;
+}
+
+void SoundRecogniser::doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard& words,
+                                 Collected& all) {
   const SpeechLabels& labels = words.alignment.labels;
-  if (labels.words.size() != found.rivals.size()) return;  // a word that is written as several is aligned as these
+  if (labels.words.size() != word_odds.size()) return;  // a word that is written as several is aligned as these
   for (std::size_t word = 0; word < labels.words.size(); ++word) {
-    const double odds = oddsOfModelWord(oddsOf(words.alignment.confidence[word]), found.rivals[word]);
+    const double odds = word_odds[word];
     if (odds < kWordDoubted) continue;
     const LabelledWord& doubted = labels.words[word];
     all.doubtful.push_back(fmt::format("{} ({:.2f} s)", doubted.text, start + labels.spanOf(doubted.phones).start));
@@ -434,9 +518,11 @@ void SoundRecogniser::doubtWords(const FoundWords& found, Seconds start, WordsHe
   }
 }
 
-bool SoundRecogniser::areLikely(const WordsHeard& words, const PhonesFit& phones) const {
-  if (!ear_.knowsSpeaker()) return words.word_odds >= kWordsBelieved;
-  return words.fit >= std::max(kWordsFit, kWordsAgainstPhones * phones.fit) && words.believed >= kDoubtfulConfidence;
+bool SoundRecogniser::areLikely(const ModelWords& words, const PhonesFit& phones) const {
+  const WordsHeard& heard = words.heard;
+  if (ear_.knowsSpeaker())
+    return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * phones.fit) && heard.believed >= kDoubtfulConfidence;
+  return words.by_network ? words.odds < kNetworkUnlikely : heard.word_odds >= kWordsBelieved;
 }
 
 void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
@@ -476,23 +562,41 @@ void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
   heard.warnings.push_back(what + "; a transcript or a hint would help");
 }
 
+/// Stretches of speech; those that lie no farther apart than `pause` are one, kLongestHeard at most.
+std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds pause) {
+  std::vector<TimeSpan> spans;
+  bool is_next = false;  // nothing else than a pause lies before it
+  for (const SoundStretch& stretch : stretches) {
+    const bool is_speech = stretch.kind == SoundKind::kSpeech;
+    if (is_speech && is_next && stretch.span.start - spans.back().end < pause &&
+        stretch.span.end - spans.back().start <= kLongestHeard) {
+      spans.back().end = stretch.span.end;
+    } else if (is_speech) {
+      spans.push_back(stretch.span);
+    }
+    is_next = is_speech;
+  }
+  return spans;
+}
+
 HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name) {
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
+  const bool has_network = search_ && hasWordNetwork(options_.word_network);
   std::vector<std::span<const std::int16_t>> said;
   std::vector<Seconds> starts;
-  for (const SoundStretch& stretch : heard.stretches) {
-    if (stretch.kind != SoundKind::kSpeech) continue;
-    const auto first = static_cast<std::size_t>(stretch.span.start * kEarRateHz);
-    const auto end = std::min(samples.size(), static_cast<std::size_t>(stretch.span.end * kEarRateHz));
+  for (const TimeSpan& span : toHear(heard.stretches, has_network ? kNearPause : 0)) {
+    const auto first = static_cast<std::size_t>(span.start * kEarRateHz);
+    const auto end = std::min(samples.size(), static_cast<std::size_t>(span.end * kEarRateHz));
     if (end <= first) continue;
     said.push_back(std::span(samples).subspan(first, end - first));
-    starts.push_back(stretch.span.start);
+    starts.push_back(span.start);
   }
   ear_.adaptTo(said);
   Collected all;
-  for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], all);
+  const auto by_network = networkWords(said, heard);
+  for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], by_network[i], all);
   if (all.segments.empty()) {
     throw InputError(name, "",
                      heard.stretches.empty() ? "holds silence only; expected speech"

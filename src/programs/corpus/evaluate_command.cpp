@@ -12,6 +12,7 @@
 #include "corpus_tools/research/evaluation/hearing_trials.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "speaker/shared_files.h"
 
 namespace mouthpiece {
 namespace {
@@ -84,7 +85,7 @@ MeasuredStretches stretchesWithin(const CorpusTake& take, bool silence) {
 }
 
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<HearingScore>& heard) {
-  const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint)
+  const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint, wordNetworkFolder())
                                 : given.ablation       ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
                                                        : backoffMethods;

@@ -16,7 +16,7 @@ inline const std::filesystem::path kSharedFaces = std::filesystem::path(MOUTHPIE
 /// Where `make data` puts the canonical face; nullopt when it is not there (no network yet).
 std::optional<std::filesystem::path> canonicalFace();
 inline constexpr const char* kNoCanonicalFace =
-    "build/third_party/canonical_face.obj is not here; tools/fetch_canonical_face.sh brings it";
+    "build/third_party/canonical_face.obj is not here; `make data` brings it";
 
 /// The default face, made once.
 const DefaultFace& defaultFace();

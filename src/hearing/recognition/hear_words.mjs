@@ -1,0 +1,114 @@
+// Hears the words of sounds: Moonshine's network (N. Jeffries et al., "Moonshine: Speech Recognition for Live Transcription
+// and Voice Commands", 2024; tiny, English) by ONNX Runtime. node hear_words.mjs ANSWERS, started by word_network.cpp.
+// Standard input: for each sound how many samples it has (32 bits), then these, 16 kHz, 16 bits, all little-endian. ANSWERS
+// gets a line of JSON for each: its words, and of each the natural logarithm of its probability.
+import { openSync, readSync, writeSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import tokenizer from 'llama-tokenizer-js';
+import { InferenceSession, Tensor } from 'onnxruntime-node';
+
+const kRateHz = 16000;
+const kMostSeconds = 60;
+const kMostTokensASecond = 7; // what says more has begun to repeat itself
+const kFirstToken = 1;
+const kLastToken = 2;
+const kLayers = 6;
+const kHeads = 8;
+const kHeadWidth = 36;
+
+/** The next `count` bytes of standard input; null where it ends before the first of them. */
+function read(count) {
+  const bytes = Buffer.alloc(count);
+  for (let at = 0; at < count;) {
+    const taken = readSync(0, bytes, at, count - at);
+    if (taken === 0 && at === 0) return null;
+    if (taken === 0) throw new Error('the sounds end within one');
+    at += taken;
+  }
+  return bytes;
+}
+
+/** -1 to 1, at full scale: the network hears quiet sounds worse. */
+function samplesOf(bytes) {
+  const samples = Float32Array.from({ length: bytes.length / 2 }, (_, i) => bytes.readInt16LE(2 * i));
+  const loudest = samples.reduce((most, sample) => Math.max(most, Math.abs(sample)), 1);
+  return samples.map((sample) => (0.7 * sample) / loudest);
+}
+
+const folder = dirname(process.argv[1]);
+// Graphs that are made faster for longer than they run cost more than they save.
+const options = { intraOpNumThreads: 1, interOpNumThreads: 1, graphOptimizationLevel: 'basic' };
+const encoder = await InferenceSession.create(join(folder, 'encoder_model.onnx'), options);
+const decoder = await InferenceSession.create(join(folder, 'decoder_model_merged.onnx'), options);
+
+/** What the decoder keeps from token to token, nothing yet. */
+function emptyMemory() {
+  const memory = {};
+  for (let layer = 0; layer < kLayers; ++layer) {
+    for (const of of ['decoder', 'encoder']) {
+      for (const what of ['key', 'value'])
+        memory[`past_key_values.${layer}.${of}.${what}`] = new Tensor('float32', new Float32Array(0), [0, kHeads, 1, kHeadWidth]);
+    }
+  }
+  return memory;
+}
+
+/** The likeliest token and the natural logarithm of its probability. */
+function likeliest(logits) {
+  let best = 0;
+  for (let i = 1; i < logits.length; ++i) if (logits[i] > logits[best]) best = i;
+  const sum = logits.reduce((total, logit) => total + Math.exp(logit - logits[best]), 0);
+  return [best, -Math.log(sum)];
+}
+
+/** Tokens and their logarithms, the likeliest after each other; the last token among them where it came. */
+async function tokensOf(samples) {
+  const heard = await encoder.run({ input_values: new Tensor('float32', samples, [1, samples.length]) });
+  const memory = emptyMemory();
+  const tokens = [];
+  const most = Math.ceil((samples.length / kRateHz) * kMostTokensASecond) + 4;
+  for (let token = kFirstToken; token !== kLastToken && tokens.length < most;) {
+    const is_first = tokens.length === 0;
+    const result = await decoder.run({
+      input_ids: new Tensor('int64', BigInt64Array.of(BigInt(token)), [1, 1]),
+      encoder_hidden_states: heard.last_hidden_state,
+      use_cache_branch: new Tensor('bool', [!is_first]),
+      ...memory,
+    });
+    const logits = result.logits.data;
+    if (is_first) logits[kLastToken] = -Infinity; // something is said: the stretch was cut out of silence
+    const [next, log_probability] = likeliest(logits);
+    tokens.push({ id: next, log_probability });
+    token = next;
+    for (const name of Object.keys(memory)) {
+      if (is_first || name.includes('.decoder.')) memory[name] = result[name.replace('past_key_values', 'present')];
+    }
+  }
+  return tokens;
+}
+
+/** Blanks part words, whatever tokens they are of. */
+function wordsOf(tokens) {
+  const words = [];
+  let said = '';
+  const ids = [];
+  for (const { id, log_probability } of tokens) {
+    ids.push(id);
+    const text = id === kLastToken ? said : tokenizer.decode(ids, false, true);
+    if (words.length === 0 || /^\s/.test(text.slice(said.length))) words.push({ text: '', log_probability: 0 });
+    const word = words[words.length - 1];
+    const part = text.slice(said.length).trim();
+    word.text += part;
+    if (/[\p{L}\p{N}]/u.test(part)) word.log_probability += log_probability;
+    said = text;
+  }
+  return words.filter((word) => word.text !== '');
+}
+
+const answers = openSync(process.argv[2], 'w');
+for (let head = read(4); head !== null; head = read(4)) {
+  const count = head.readUInt32LE(0);
+  if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
+  const sound = read(2 * count);
+  writeSync(answers, JSON.stringify(sound === null ? [] : wordsOf(await tokensOf(samplesOf(sound)))) + '\n');
+}
