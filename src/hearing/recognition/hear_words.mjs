@@ -9,6 +9,7 @@ import { InferenceSession, Tensor } from 'onnxruntime-node';
 
 const kRateHz = 16000;
 const kMostSeconds = 60;
+const kLeastSamples = 1600; // its first layers take no fewer
 const kMostTokensASecond = 7; // what says more has begun to repeat itself
 const kFirstToken = 1;
 const kLastToken = 2;
@@ -109,6 +110,7 @@ const answers = openSync(process.argv[2], 'w');
 for (let head = read(4); head !== null; head = read(4)) {
   const count = head.readUInt32LE(0);
   if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
-  const sound = read(2 * count);
-  writeSync(answers, JSON.stringify(sound === null ? [] : wordsOf(await tokensOf(samplesOf(sound)))) + '\n');
+  const sound = count > 0 ? read(2 * count) : null;
+  if (count > 0 && sound === null) throw new Error('the sounds end within one');
+  writeSync(answers, JSON.stringify(count < kLeastSamples ? [] : wordsOf(await tokensOf(samplesOf(sound)))) + '\n');
 }

@@ -50,15 +50,16 @@ double oddsOfCorpusWords(double apart, double believed, double in_order) {
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
 /// Words of the network: by how far they are believed, and the mean logarithm of their probabilities.
-double oddsOfNetworkWords(double believed, double sure) { return 0.513 - 0.657 * believed - 2.300 * sure; }
+double oddsOfNetworkWords(double believed, double sure) { return -1.07 - 0.293 * believed - 4.22 * sure; }
 /// Of a word of the language model or the network, the logarithm of the odds that it is wrong, and from where on it is
 /// told.
 double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
-double oddsOfNetworkWord(double believed, double sure) { return -1 - 0.3 * believed - 2 * sure; }
-/// Where the network's words are less likely wrong than this PocketSphinx' are not asked for; where both are more
-/// likely wrong than the second they tell less than phones.
-constexpr double kNetworkSure = -2, kNetworkUnlikely = 1.5;
+double oddsOfNetworkWord(double believed, double sure) { return -0.911 - 0.344 * believed - 1.619 * sure; }
 constexpr double kWordDoubted = 0.405;  // 1.5 to 1
+/// Where the network's words are less likely wrong than the first PocketSphinx' are not asked for, which are taken
+/// where theirs are the lower odds by the second; words that are more likely wrong than the third tell less than
+/// phones. An ear that knows the speaker hears phones better than words that are more likely wrong than the last.
+constexpr double kNetworkSure = -1.5, kSearchBetter = 1.5, kNetworkUnlikely = 3, kNetworkTrusted = -1;
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
 constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
@@ -68,6 +69,8 @@ constexpr Seconds kLeastDoubted = 0.5;
 constexpr double kLeastInOrder = 0.8;
 /// A network hears words by those around them, so that stretches are heard together across such a pause.
 constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
+/// What it gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
+constexpr Seconds kMargin = 0.2;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// The logarithm of the odds of a word as a transcript's.
@@ -442,7 +445,10 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   }
   if (!best || best->fit < kSurelyFits) {
     std::optional<ModelWords> any = wordsByModels(samples, by_network, clip, posteriors);
-    if (any && (!best || any->heard.fit > kBookBonus * best->fit)) {
+    // Words of lines in another order are any sound's.
+    const bool may_be_none = options_.hint.empty() && in_order < kLeastInOrder;
+    if (any &&
+        (!best || any->heard.fit > kBookBonus * best->fit || (may_be_none && any->by_network && any->odds < 0))) {
       best = any->heard;
       found = std::move(any);
     }
@@ -501,7 +507,7 @@ std::optional<ModelWords> SoundRecogniser::wordsByModels(std::span<const std::in
   std::optional<ModelWords> network = wordsByNetwork(by_network, clip, posteriors);
   if (network && network->odds < kNetworkSure) return network;
   std::optional<ModelWords> search = wordsBySearch(samples, clip, posteriors);
-  return network && (!search || network->odds <= search->odds) ? network : search;
+  return network && (!search || network->odds <= search->odds + kSearchBetter) ? network : search;
 }
 
 void SoundRecogniser::doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard& words,
@@ -520,7 +526,7 @@ void SoundRecogniser::doubtWords(const std::vector<double>& word_odds, Seconds s
 
 bool SoundRecogniser::areLikely(const ModelWords& words, const PhonesFit& phones) const {
   const WordsHeard& heard = words.heard;
-  if (ear_.knowsSpeaker())
+  if (ear_.knowsSpeaker() && !(words.by_network && words.odds < kNetworkTrusted))
     return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * phones.fit) && heard.believed >= kDoubtfulConfidence;
   return words.by_network ? words.odds < kNetworkUnlikely : heard.word_odds >= kWordsBelieved;
 }
@@ -584,18 +590,22 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
   const bool has_network = search_ && hasWordNetwork(options_.word_network);
-  std::vector<std::span<const std::int16_t>> said;
+  const auto samplesOf = [&](const TimeSpan& span) {
+    const auto first = std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, span.start) * kEarRateHz));
+    const auto end = std::min(samples.size(), static_cast<std::size_t>(span.end * kEarRateHz));
+    return std::span<const std::int16_t>(samples).subspan(first, std::max(first, end) - first);
+  };
+  std::vector<std::span<const std::int16_t>> said, with_margins;
   std::vector<Seconds> starts;
   for (const TimeSpan& span : toHear(heard.stretches, has_network ? kNearPause : 0)) {
-    const auto first = static_cast<std::size_t>(span.start * kEarRateHz);
-    const auto end = std::min(samples.size(), static_cast<std::size_t>(span.end * kEarRateHz));
-    if (end <= first) continue;
-    said.push_back(std::span(samples).subspan(first, end - first));
+    if (samplesOf(span).empty()) continue;
+    said.push_back(samplesOf(span));
+    with_margins.push_back(samplesOf({span.start - kMargin, span.end + kMargin}));
     starts.push_back(span.start);
   }
   ear_.adaptTo(said);
   Collected all;
-  const auto by_network = networkWords(said, heard);
+  const auto by_network = networkWords(with_margins, heard);
   for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], by_network[i], all);
   if (all.segments.empty()) {
     throw InputError(name, "",

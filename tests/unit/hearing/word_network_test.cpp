@@ -1,0 +1,139 @@
+#include "hearing/recognition/word_network.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "audio/audio_clip.h"
+#include "base/child_process.h"
+#include "hearing/recognition/recogniser.h"
+#include "support/error_of.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kNetwork = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "word_network";
+
+#if defined(__x86_64__) || defined(__aarch64__)
+#define NEEDS_NETWORK() ASSERT_TRUE(hasWordNetwork(kNetwork)) << "`make build` brings " << kNetwork
+#else
+#define NEEDS_NETWORK() GTEST_SKIP() << "ONNX Runtime is not packed for this processor"
+#endif
+
+std::vector<std::int16_t> saidBy(const char* voice, const char* text) {
+  std::vector<std::int16_t> samples;
+  for (const float sample : resampleAudio(makeVoice(voice)->speak(text).audio, 16000).samples)
+    samples.push_back(static_cast<std::int16_t>(std::lround(32767 * std::clamp(sample, -1.0F, 1.0F))));
+  return samples;
+}
+
+std::string textOf(const std::vector<NetworkWord>& words) {
+  std::string text;
+  for (const NetworkWord& word : words) {
+    for (const char c : word.text) {
+      if (c != '.' && c != ',' && c != '?') text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    text += ' ';
+  }
+  return text.substr(0, text.empty() ? 0 : text.size() - 1);
+}
+
+AudioClip inHiss(const std::vector<std::int16_t>& samples, double snr_db) {
+  AudioClip clip{16000, {}};
+  double power = 0;
+  for (const std::int16_t sample : samples) {
+    clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
+    power += double{clip.samples.back()} * double{clip.samples.back()} / static_cast<double>(samples.size());
+  }
+  std::mt19937 random(7);
+  std::normal_distribution<float> hiss(0, static_cast<float>(std::sqrt(power) * std::pow(10, -snr_db / 20)));
+  for (float& sample : clip.samples) sample = std::clamp(sample + hiss(random), -1.0F, 1.0F);
+  return clip;
+}
+
+TEST(WordNetwork, HearsTheWordsOfEachSoundAndHowSureTheyAre) {
+  NEEDS_NETWORK();
+  const auto first = saidBy("flite:rms", "there is nothing good on television"),
+             second = saidBy("flite:kal16", "sorry I did not catch your name");
+  const std::vector<std::int16_t> nothing, click(800, 1000);
+  const std::vector<std::span<const std::int16_t>> sounds{first, nothing, click, second};
+  const auto heard = hearWords(kNetwork, sounds);
+  ASSERT_EQ(heard.size(), 4U);
+  EXPECT_TRUE(heard[1].empty());
+  EXPECT_TRUE(heard[2].empty());
+  EXPECT_EQ(textOf(heard[0]), "there is nothing good on television");
+  EXPECT_EQ(textOf(heard[3]), "sorry i did not catch your name");
+  for (const NetworkWord& word : heard[0]) {
+    EXPECT_LE(word.log_probability, 0) << word.text;
+    EXPECT_GT(word.log_probability, -3) << word.text;
+  }
+}
+
+/// PocketSphinx hears none of it.
+TEST(WordNetwork, IsHeardByTheRecogniserInNoise) {
+  NEEDS_NETWORK();
+  const AudioClip sound = inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 20);
+  const std::string right = "he usually walks the dog before breakfast";
+  const auto textBy = [&](const fs::path& network) {
+    return textOf(
+        {{makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = network})->hear(sound, "line").text}});
+  };
+  EXPECT_EQ(textBy(kNetwork), right);
+  EXPECT_NE(textBy({}), right);
+}
+
+class BrokenNetwork : public testing::Test {
+ protected:
+  /// A folder with a program of these lines.
+  [[nodiscard]] fs::path networkOf(const char* script) const {
+    std::ofstream(folder_.path() / "hear_words.mjs") << script;
+    return folder_.path();
+  }
+
+ private:
+  PrivateFolder folder_;
+};
+
+TEST_F(BrokenNetwork, SaysWhatIsWrong) {
+  const std::vector<std::int16_t> samples(1600);
+  const std::vector<std::span<const std::int16_t>> sounds{samples};
+  const auto errorBy = [&](const char* script) { return errorOf([&] { hearWords(networkOf(script), sounds); }); };
+  EXPECT_EQ(errorBy("console.error('no\\nmemory'); process.exit(3);"), "hear_words.mjs: failed: no\\x0Amemory\\x0A");
+  EXPECT_NE(errorBy("import { writeFileSync } from 'node:fs'; writeFileSync(process.argv[2], '');")
+                .find("found 0 answers; expected 1"),
+            std::string::npos);
+  for (const char* answer : {"'[1'", "'[{}]'", "'[{\"text\":3,\"log_probability\":-1}]'"}) {
+    const std::string script =
+        std::string("import { writeFileSync } from 'node:fs'; writeFileSync(process.argv[2], ") + answer + ");";
+    EXPECT_TRUE(errorBy(script.c_str()).starts_with("hear_words.mjs")) << answer;
+  }
+}
+
+TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
+  const auto samples = saidBy("flite:kal16", "the birch canoe slid on the smooth planks");
+  const AudioClip sound = inHiss(samples, 60);
+  const auto hear = [&](const fs::path& network) {
+    return makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = network})->hear(sound, "line");
+  };
+  const HeardSpeech heard = hear(networkOf("process.exit(3);"));
+  EXPECT_EQ(heard.text, hear({}).text);
+  ASSERT_FALSE(heard.warnings.empty());
+  EXPECT_TRUE(heard.warnings[0].starts_with("the network that hears words was not heard (hear_words.mjs: failed"))
+      << heard.warnings[0];
+}
+
+TEST(WordNetwork, IsNotThereWithoutItsProgramOrNode) {
+  EXPECT_FALSE(hasWordNetwork({}));
+  EXPECT_FALSE(hasWordNetwork("/nowhere"));
+}
+
+}  // namespace
+}  // namespace mouthpiece
