@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -603,9 +604,10 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
     with_margins.push_back(samplesOf({span.start - kMargin, span.end + kMargin}));
     starts.push_back(span.start);
   }
+  auto network = std::async(std::launch::async, [&] { return networkWords(with_margins, heard); });
   ear_.adaptTo(said);
+  const std::vector<std::vector<NetworkWord>> by_network = network.get();
   Collected all;
-  const auto by_network = networkWords(with_margins, heard);
   for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], by_network[i], all);
   if (all.segments.empty()) {
     throw InputError(name, "",
