@@ -266,12 +266,12 @@ std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins,
 void PhoneEar::State::learnVoice(Eigen::Index count) {
   const Eigen::Index more = std::clamp(passage.frames - learnt_until, count, signedIndex(kRemembered));
   const Eigen::MatrixXf features = featuresOn(more, true), heard = loop.posteriorsOfLast(more, passage);
-  std::vector<Eigen::Index> said;
+  std::vector<Eigen::Index> spoken;
   for (Eigen::Index i = 0; i < more - count; ++i) {
-    if (heard(static_cast<Eigen::Index>(Phone::kSil), i) < 0.5F) said.push_back(i);
+    if (heard(static_cast<Eigen::Index>(Phone::kSil), i) < 0.5F) spoken.push_back(i);
   }
-  said_on.features = lastOf(said_on.features, features(Eigen::all, said), kVoiceFrames);
-  said_on.posteriors = lastOf(said_on.posteriors, heard(Eigen::all, said), kVoiceFrames);
+  said_on.features = lastOf(said_on.features, features(Eigen::all, spoken), kVoiceFrames);
+  said_on.posteriors = lastOf(said_on.posteriors, heard(Eigen::all, spoken), kVoiceFrames);
   learnt_until = passage.frames - count;
   std::vector<HeardFrames> all{{features.rightCols(count), heard.rightCols(count)}};
   if (said_on.features.cols() > 0) all.push_back(said_on);
