@@ -1,6 +1,6 @@
 // Builds the program that hears words, hear_words.mjs, with ONNX Runtime for this machine beside it:
 // node build_word_network.mjs SOURCE.mjs OUT_FOLDER.
-import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 
@@ -13,13 +13,12 @@ mkdirSync(folder, { recursive: true });
 for (const name of readdirSync(binaries)) {
   if (!name.includes('providers')) copyFileSync(join(binaries, name), join(folder, name));
 }
-const licences = ['onnxruntime-node', 'onnxruntime-common', 'llama-tokenizer-js'].map((name) => {
-  const facts = JSON.parse(readFileSync(join(modules, name, 'package.json'), 'utf8'));
-  const file = ['LICENSE', 'LICENSE.md'].map((own) => join(modules, name, own)).find(existsSync);
-  const author = typeof facts.author === 'string' ? facts.author : facts.author?.name;
-  return `${name} ${facts.version}: ${facts.license}, (c) ${author}\n${file ? readFileSync(file, 'utf8') : ''}`;
-});
-writeFileSync(join(folder, 'LICENSES'), licences.join('\n'));
+// ONNX Runtime's packages hold no text of their licence; the tokenizer's is the same.
+const versionOf = (name) => JSON.parse(readFileSync(join(modules, name, 'package.json'), 'utf8')).version;
+writeFileSync(join(folder, 'LICENSES'),
+  `onnxruntime-node ${versionOf('onnxruntime-node')}, Copyright (c) Microsoft Corporation: MIT, as below\n\n` +
+  `llama-tokenizer-js ${versionOf('llama-tokenizer-js')}: ` +
+  readFileSync(join(modules, 'llama-tokenizer-js', 'LICENSE.md'), 'utf8'));
 await esbuild.build({
   entryPoints: [source],
   outfile: join(folder, 'hear_words.mjs'),
