@@ -14,6 +14,8 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/closings.h"
+#include "hearing/recognition/hearing_odds.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/word_network.h"
@@ -23,7 +25,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr int kEarRateHz = 16000;
-constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
 /// Words fit a stretch when their phones have this share of what is heard, in the mean over its frames; words of a
 /// hint or a corpus do at less, and are taken before others that fit a little better. Where they surely fit no others
 /// are looked for (docs/theory/hearing/recognition.md).
@@ -34,33 +35,8 @@ constexpr double kWordsAgainstPhones = 0.85;
 /// Of who is not known even words that are wrong in part tell more than phones that are heard without them: words of
 /// the language model are taken where they have these odds as a transcript's (logarithm, mean).
 constexpr double kWordsBelieved = 3.0;
-/// Of who is not known a closing of the lips is kept that words lack, where the lips' phones have this share of what is
-/// heard, in the mean over it.
-constexpr double kClosingHeard = 0.6;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
-/// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
-/// Words of the language model: by how far they are believed and how many rivals each has in the mean. A corpus' words
-/// of who is not known: by the share of their pairs that follow each other in its lines, too. Others, and phones in
-/// place of words: by how far the likeliest words' phones lie from those heard without words, and how far the words are
-/// believed; where no words are looked for, by how well the phones fit and the share that they take.
-double oddsOfModelWords(double believed, double rivals) { return -0.07 - 0.882 * believed + 1.536 * rivals; }
-double oddsOfCorpusWords(double apart, double believed, double in_order) {
-  return 14.9 + 4.34 * apart - 0.354 * believed - 16.6 * in_order;
-}
-double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
-double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
-/// Words of the network: by how far they are believed, and the mean logarithm of their probabilities.
-double oddsOfNetworkWords(double believed, double sure) { return -1.07 - 0.293 * believed - 4.22 * sure; }
-/// Of a word of the language model or the network, the logarithm of the odds that it is wrong, and from where on it is
-/// told.
-double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
-double oddsOfNetworkWord(double believed, double sure) { return -0.911 - 0.344 * believed - 1.619 * sure; }
-constexpr double kWordDoubted = 0.405;  // 1.5 to 1
-/// Where the network's words are less likely wrong than the first PocketSphinx' are not asked for, which are taken
-/// where theirs are the lower odds by the second; words that are more likely wrong than the third tell less than
-/// phones. An ear that knows the speaker hears phones better than words that are more likely wrong than the last.
-constexpr double kNetworkSure = -1.5, kSearchBetter = 1.5, kNetworkUnlikely = 3, kNetworkTrusted = -1;
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
 constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
@@ -160,8 +136,6 @@ class SoundRecogniser : public Recogniser {
                    Collected& all);
   /// Names words of a model that are likely wrong; their phones are no surer than they are.
   static void doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard& words, Collected& all);
-  /// Puts P, B and M that are heard without words into `words` where these have none.
-  void keepClosings(const Eigen::MatrixXf& posteriors, WordsHeard& words) const;
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
   void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
   void warn(const Collected& all, HeardSpeech& heard) const;
@@ -254,81 +228,6 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string
   }
   heard.fit /= std::max(time, kEarStep);
   return heard;
-}
-
-/// Puts `closing` among phones and what fits them. Consonants that lie under it for the most part go, others and vowels
-/// keep what is left of them on either side. It belongs to the word of the first that goes, else of the next one, else
-/// of the one before. It is not put where there is silence around it.
-void putClosing(LabelledPhone closing, double fit, std::vector<LabelledPhone>& phones, std::vector<double>& fits) {
-  constexpr Seconds kShortest = 0.03, kLongest = 0.10, kNearWord = 0.15;
-  TimeSpan& span = closing.span;
-  span.start = std::max(span.start, span.end - kLongest);
-  for (const LabelledPhone& phone : phones) {  // a vowel stays
-    if (!isVowel(phone.phone) || phone.span.start < span.start || phone.span.end > span.end) continue;
-    const bool is_before = phone.span.start - span.start >= kShortest;
-    (is_before ? span.end : span.start) = is_before ? phone.span.start : phone.span.end;
-  }
-  if (span.duration() < kShortest) return;
-  std::vector<LabelledPhone> kept;
-  std::vector<double> fits_kept;
-  std::optional<LabelledPhone> gone;
-  std::size_t place = 0;
-  for (std::size_t i = 0; i < phones.size(); ++i) {
-    LabelledPhone before = phones[i], after = phones[i];
-    if (before.phone == Phone::kSil) continue;
-    before.span.end = std::min(before.span.end, span.start);
-    after.span.start = std::max(after.span.start, span.end);
-    const Seconds left = std::max(before.span.duration(), 0.0) + std::max(after.span.duration(), 0.0);
-    if (!isVowel(before.phone) && left < phones[i].span.duration() / 2) {
-      if (!gone) gone = phones[i];
-      continue;
-    }
-    const bool is_whole = left >= phones[i].span.duration();
-    for (const LabelledPhone& part : {before, after}) {
-      if (part.span.duration() <= 0) continue;
-      if (!is_whole && part.span.duration() < kShortest) {  // the closing takes what would be too short
-        const bool is_before = part.span.end <= span.start;
-        (is_before ? span.start : span.end) = is_before ? part.span.start : part.span.end;
-        continue;
-      }
-      if (part.span.end <= span.start) place = kept.size() + 1;
-      kept.push_back(part);
-      fits_kept.push_back(fits[i]);
-    }
-  }
-  const LabelledPhone* last = place > 0 ? &kept[place - 1] : nullptr;
-  const LabelledPhone* next = place < kept.size() ? &kept[place] : nullptr;
-  const bool is_near = (last != nullptr && span.start - last->span.end <= kNearWord) ||
-                       (next != nullptr && next->span.start - span.end <= kNearWord);
-  if (!gone && !is_near) return;
-  if (next != nullptr && next->span.start - span.end < kShortest) span.end = next->span.start;
-  const LabelledPhone& owner = gone ? *gone : next != nullptr ? *next : *last;
-  closing.word = owner.word;
-  closing.syllable = owner.syllable;
-  kept.insert(kept.begin() + signedIndex(place), closing);
-  fits_kept.insert(fits_kept.begin() + signedIndex(place), fit);
-  phones = std::move(kept);
-  fits = std::move(fits_kept);
-}
-
-void SoundRecogniser::keepClosings(const Eigen::MatrixXf& posteriors, WordsHeard& words) const {
-  constexpr Seconds kAtOnce = 0.02;
-  std::vector<LabelledPhone>& phones = words.alignment.labels.phones;
-  for (const HeardPhone& heard : likeliestPhones(posteriors, likeness_, kFurtherPhone)) {
-    if (!isBilabial(heard.phone)) continue;
-    double share = 0;
-    for (const Phone lips : {Phone::kP, Phone::kB, Phone::kM}) {
-      share += double{posteriors.row(static_cast<Eigen::Index>(lips))
-                          .segment(signedIndex(heard.first), signedIndex(heard.end - heard.first))
-                          .mean()};
-    }
-    const TimeSpan span{asReal(heard.first) * kEarStep + kEarShift, asReal(heard.end) * kEarStep + kEarShift};
-    const bool is_there = std::any_of(phones.begin(), phones.end(), [&](const LabelledPhone& phone) {
-      return isBilabial(phone.phone) && phone.span.start < span.end + kAtOnce && phone.span.end > span.start - kAtOnce;
-    });
-    if (share < kClosingHeard || is_there) continue;
-    putClosing({.phone = heard.phone, .span = span, .word = {}, .syllable = {}}, share, phones, words.fits);
-  }
 }
 
 void SoundRecogniser::collect(const WordsHeard& words, Seconds start, Collected& all) const {
@@ -465,7 +364,8 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
     doubt(best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
                : oddsOfWords(1, std::log(kLeastBelieved)));
   }
-  if (are_words && (found || options_.hint.empty()) && !ear_.knowsSpeaker()) keepClosings(posteriors, *best);
+  if (are_words && (found || options_.hint.empty()) && !ear_.knowsSpeaker())
+    keepClosings(posteriors, likeness_, best->alignment.labels.phones, best->fits);
   if (are_words) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
 }

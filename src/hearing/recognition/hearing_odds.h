@@ -1,0 +1,29 @@
+#pragma once
+
+namespace mouthpiece {
+
+/// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
+/// Words of the language model: by how far they are believed and how many rivals each has in the mean. A corpus' words
+/// of who is not known: by the share of their pairs that follow each other in its lines, too. Others, and phones in
+/// place of words: by how far the likeliest words' phones lie from those heard without words, and how far the words are
+/// believed; where no words are looked for, by how well the phones fit and the share that they take.
+inline double oddsOfModelWords(double believed, double rivals) { return -0.07 - 0.882 * believed + 1.536 * rivals; }
+inline double oddsOfCorpusWords(double apart, double believed, double in_order) {
+  return 14.9 + 4.34 * apart - 0.354 * believed - 16.6 * in_order;
+}
+inline double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
+inline double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
+/// Words of the network (#a-network there): by how far they are believed, and the mean logarithm of their
+/// probabilities.
+inline double oddsOfNetworkWords(double believed, double sure) { return -1.07 - 0.293 * believed - 4.22 * sure; }
+/// Of a word of the language model or the network, the logarithm of the odds that it is wrong, and from where on it is
+/// told.
+inline double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
+inline double oddsOfNetworkWord(double believed, double sure) { return -0.911 - 0.344 * believed - 1.619 * sure; }
+inline constexpr double kWordDoubted = 0.405;  // 1.5 to 1
+/// Where the network's words are less likely wrong than the first PocketSphinx' are not asked for, which are taken
+/// where theirs are the lower odds by the second; words that are more likely wrong than the third tell less than
+/// phones. An ear that knows the speaker hears phones better than words that are more likely wrong than the last.
+inline constexpr double kNetworkSure = -1.5, kSearchBetter = 1.5, kNetworkUnlikely = 3, kNetworkTrusted = -1;
+
+}  // namespace mouthpiece
