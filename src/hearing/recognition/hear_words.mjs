@@ -69,20 +69,20 @@ async function tokensOf(samples) {
   const tokens = [];
   const most = Math.ceil((samples.length / kRateHz) * kMostTokensASecond) + 4;
   for (let token = kFirstToken; token !== kLastToken && tokens.length < most;) {
-    const is_first = tokens.length === 0;
+    const isFirst = tokens.length === 0;
     const result = await decoder.run({
       input_ids: new Tensor('int64', BigInt64Array.of(BigInt(token)), [1, 1]),
       encoder_hidden_states: heard.last_hidden_state,
-      use_cache_branch: new Tensor('bool', [!is_first]),
+      use_cache_branch: new Tensor('bool', [!isFirst]),
       ...memory,
     });
     const logits = result.logits.data;
-    if (is_first) logits[kLastToken] = -Infinity; // something is said: the stretch was cut out of silence
-    const [next, log_probability] = likeliest(logits);
-    tokens.push({ id: next, log_probability });
+    if (isFirst) logits[kLastToken] = -Infinity; // something is said: the stretch was cut out of silence
+    const [next, logProbability] = likeliest(logits);
+    tokens.push({ id: next, logProbability });
     token = next;
     for (const name of Object.keys(memory)) {
-      if (is_first || name.includes('.decoder.')) memory[name] = result[name.replace('past_key_values', 'present')];
+      if (isFirst || name.includes('.decoder.')) memory[name] = result[name.replace('past_key_values', 'present')];
     }
   }
   return tokens;
@@ -93,14 +93,14 @@ function wordsOf(tokens) {
   const words = [];
   let said = '';
   const ids = [];
-  for (const { id, log_probability } of tokens) {
+  for (const { id, logProbability } of tokens) {
     ids.push(id);
     const text = id === kLastToken ? said : tokenizer.decode(ids, false, true);
-    if (words.length === 0 || /^\s/.test(text.slice(said.length))) words.push({ text: '', log_probability: 0 });
+    if (words.length === 0 || /^\s/.test(text.slice(said.length))) words.push({ text: '', logProbability: 0 });
     const word = words[words.length - 1];
     const part = text.slice(said.length).trim();
     word.text += part;
-    if (/[\p{L}\p{N}]/u.test(part)) word.log_probability += log_probability;
+    if (/[\p{L}\p{N}]/u.test(part)) word.logProbability += logProbability;
     said = text;
   }
   return words.filter((word) => word.text !== '');
@@ -112,5 +112,6 @@ for (let head = read(4); head !== null; head = read(4)) {
   if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
   const sound = count > 0 ? read(2 * count) : null;
   if (count > 0 && sound === null) throw new Error('the sounds end within one');
-  writeSync(answers, JSON.stringify(count < kLeastSamples ? [] : wordsOf(await tokensOf(samplesOf(sound)))) + '\n');
+  const words = count < kLeastSamples ? [] : wordsOf(await tokensOf(samplesOf(sound)));
+  writeSync(answers, JSON.stringify(words.map(({ text, logProbability }) => ({ text, log_probability: logProbability }))) + '\n');
 }
