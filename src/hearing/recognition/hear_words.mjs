@@ -29,7 +29,7 @@ function read(count) {
   return bytes;
 }
 
-/** -1 to 1, at full scale: the network hears quiet sounds worse. */
+/** 0.7 at the loudest: the network hears quiet sounds worse. */
 function samplesOf(bytes) {
   const samples = Float32Array.from({ length: bytes.length / 2 }, (_, i) => bytes.readInt16LE(2 * i));
   const loudest = samples.reduce((most, sample) => Math.max(most, Math.abs(sample)), 1);

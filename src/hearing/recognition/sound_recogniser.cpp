@@ -128,7 +128,7 @@ class SoundRecogniser : public Recogniser {
   std::optional<ModelWords> wordsByModels(std::span<const std::int16_t> samples,
                                           const std::vector<NetworkWord>& by_network, const AudioClip& clip,
                                           const Eigen::MatrixXf& posteriors);
-  /// The network's words of each stretch; none where there is no network or it fails, which `heard` then tells.
+  /// The network's words of each stretch; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      HeardSpeech& heard) const;
   /// `by_network`: the network's words.
@@ -307,13 +307,11 @@ double apart(const SpeechLabels& words, const std::vector<Phone>& row) {
 
 std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
     std::span<const std::span<const std::int16_t>> stretches, HeardSpeech& heard) const {
-  std::vector<std::vector<NetworkWord>> none(stretches.size());
-  if (!search_ || stretches.empty() || !hasWordNetwork(options_.word_network)) return none;
   try {
     return hearWords(options_.word_network, stretches);
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears words was not heard ({})", error.what()));
-    return none;
+    return std::vector<std::vector<NetworkWord>>(stretches.size());
   }
 }
 
@@ -498,15 +496,23 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   };
   std::vector<std::span<const std::int16_t>> said, with_margins;
   std::vector<Seconds> starts;
-  for (const TimeSpan& span : toHear(heard.stretches, has_network ? kNearPause : 0)) {
+  const std::vector<TimeSpan> spans = toHear(heard.stretches, has_network ? kNearPause : 0);
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    const TimeSpan& span = spans[i];
     if (samplesOf(span).empty()) continue;
+    // What is said before and after is not heard twice.
+    const Seconds before = i > 0 ? spans[i - 1].end : 0;
+    const Seconds after = i + 1 < spans.size() ? spans[i + 1].start : audio.duration();
     said.push_back(samplesOf(span));
-    with_margins.push_back(samplesOf({span.start - kMargin, span.end + kMargin}));
+    with_margins.push_back(samplesOf({std::max(before, span.start - kMargin), std::min(after, span.end + kMargin)}));
     starts.push_back(span.start);
   }
-  auto network = std::async(std::launch::async, [&] { return networkWords(with_margins, heard); });
+  std::future<std::vector<std::vector<NetworkWord>>> network;
+  if (has_network && !said.empty())
+    network = std::async(std::launch::async, [&] { return networkWords(with_margins, heard); });
   ear_.adaptTo(said);
-  const std::vector<std::vector<NetworkWord>> by_network = network.get();
+  const std::vector<std::vector<NetworkWord>> by_network =
+      network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
   Collected all;
   for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], by_network[i], all);
   if (all.segments.empty()) {
