@@ -22,6 +22,9 @@ struct LabelledSound {
 /// 16 kHz, as the ears take it.
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio);
 
+/// A column of what an ear hears is so long, and the first one's start so far from the sound's.
+inline constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
+
 /// How likely each phone is at each time of a sound, whatever is said (PhoneLoop). Not thread-safe.
 class PhoneEar {
  public:

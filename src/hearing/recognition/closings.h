@@ -7,9 +7,6 @@
 
 namespace mouthpiece {
 
-/// A column of what is heard is so long, and its middle so far from its place.
-inline constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
-
 /// Puts P, B and M that are heard without words among the `phones` of words where these have none, and how well they
 /// fit among `fits`, which has one of each. `posteriors`: PhoneEar's of the sound; `likeness`: lipLikeness().
 void keepClosings(const Eigen::MatrixXf& posteriors, const Eigen::MatrixXf& likeness,

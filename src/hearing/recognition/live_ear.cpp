@@ -14,7 +14,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kLevelFrame = 160;  // 10 ms
-constexpr Seconds kHearingStep = 0.010, kHearingShift = 0.008;
 /// A phone that ended so many frames ago is settled, or as many as the look-ahead has but for those that its last
 /// phones take: later sound changes little (docs/theory/hearing/recognition.md).
 constexpr std::size_t kSettles = 30, kMostSettles = 100, kLastPhones = 20;
@@ -97,7 +96,7 @@ class LoudFrames {
 struct LiveEar::State {
   State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead)
       : ear(language),
-        settles(std::clamp(static_cast<std::size_t>(look_ahead / kHearingStep), kSettles + kLastPhones,
+        settles(std::clamp(static_cast<std::size_t>(look_ahead / kEarStep), kSettles + kLastPhones,
                            kMostSettles + kLastPhones) -
                 kLastPhones),
         hears_again(speaker.empty() || look_ahead >= kHeardAgainWithin) {
@@ -146,9 +145,9 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples) {
 
 PhoneSegment LiveEar::State::segmentOf(Phone phone, std::size_t first, std::size_t end) const {
   const std::size_t from = settled + first;
-  return {.phone = phone,
-          .span = {from == 0 ? 0.0 : asReal(from) * kHearingStep + kHearingShift,
-                   asReal(settled + end) * kHearingStep + kHearingShift}};
+  return {
+      .phone = phone,
+      .span = {from == 0 ? 0.0 : asReal(from) * kEarStep + kEarShift, asReal(settled + end) * kEarStep + kEarShift}};
 }
 
 std::vector<PhoneSegment> LiveEar::State::settle() {
