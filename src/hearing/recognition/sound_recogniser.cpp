@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -114,6 +115,9 @@ class SoundRecogniser : public Recogniser {
   void addLine(PhraseBook& book, std::string_view line) const;
   /// The share of the pairs of words that follow each other in the book's lines, too; where a line begins is one.
   [[nodiscard]] double inOrder(const std::vector<std::string>& words) const;
+  /// The logarithm of the odds that much of the book's words is wrong, against a network's: a hint's words are meant,
+  /// and of the corpus' speaker those that follow each other as in its lines.
+  [[nodiscard]] double oddsOfBook(const WordsHeard& words, const PhonesFit& phones, double in_order) const;
   std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
@@ -315,6 +319,12 @@ std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
   }
 }
 
+double SoundRecogniser::oddsOfBook(const WordsHeard& words, const PhonesFit& phones, double in_order) const {
+  if (!options_.hint.empty()) return -std::numeric_limits<double>::infinity();
+  if (ear_.knowsSpeaker()) return in_order < kLeastInOrder ? 0 : -std::numeric_limits<double>::infinity();
+  return oddsOfCorpusWords(apart(words.alignment.labels, phones.row), words.word_odds, in_order);
+}
+
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
                                   const std::vector<NetworkWord>& by_network, Collected& all) {
   const Eigen::MatrixXf posteriors = ear_.posteriors(samples);
@@ -343,10 +353,8 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   }
   if (!best || best->fit < kSurelyFits) {
     std::optional<ModelWords> any = wordsByModels(samples, by_network, clip, posteriors);
-    // Words of lines in another order are any sound's.
-    const bool may_be_none = options_.hint.empty() && in_order < kLeastInOrder;
-    if (any &&
-        (!best || any->heard.fit > kBookBonus * best->fit || (may_be_none && any->by_network && any->odds < 0))) {
+    if (any && (!best || any->heard.fit > kBookBonus * best->fit ||
+                (any->by_network && any->odds < oddsOfBook(*best, phones, in_order)))) {
       best = any->heard;
       found = std::move(any);
     }
@@ -357,7 +365,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
     doubt(found->odds);
     doubtWords(found->word_odds, start, *best, all);
   } else if (are_words && options_.hint.empty() && !ear_.knowsSpeaker()) {
-    doubt(oddsOfCorpusWords(apart(best->alignment.labels, phones.row), best->word_odds, in_order));
+    doubt(oddsOfBook(*best, phones, in_order));
   } else {
     doubt(best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
                : oddsOfWords(1, std::log(kLeastBelieved)));

@@ -90,6 +90,24 @@ TEST(WordNetwork, IsHeardByTheRecogniserInNoise) {
   EXPECT_NE(textBy({}), right);
 }
 
+/// Any sound is some row of a corpus' words; in noise those fit as well as what is said.
+TEST(WordNetwork, IsBelievedBeforeACorpusWhoseLinesWereNotSaid) {
+  NEEDS_NETWORK();
+  std::vector<std::string> known;
+  std::ifstream file(MOUTHPIECE_SOURCE_DIR "/sample_data/prompts/rich.txt");
+  for (std::string line; std::getline(file, line);) known.push_back(line);
+  for (int hour = 1; hour <= 12; ++hour)
+    known.push_back("almost half past " + std::to_string(hour) + " in the morning");
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}, .known = known, .word_network = kNetwork});
+  for (const double snr_db : {15.0, 20.0}) {
+    const AudioClip sound =
+        inHiss(saidBy("flite:rms", "please call me back on Tuesday at half past three, I have some good news for you"),
+               snr_db);
+    const std::string text = textOf({{recogniser->hear(sound, "line").text}});
+    EXPECT_NE(text.find("call me back"), std::string::npos) << snr_db << " dB: " << text;
+  }
+}
+
 class BrokenNetwork : public testing::Test {
  protected:
   /// A folder with a program of these lines.
