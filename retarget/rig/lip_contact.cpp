@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -87,19 +88,19 @@ struct Lip {
   std::vector<LipPoint> points;
 };
 
-/// A surface in a pose: distances from it, below zero inside. Inside is what lies behind all triangles around the
-/// closest place: right beside sharp rims of coarse lips, too, and where a sliver has folded over.
-class PosedSurface {
+Eigen::Vector3d normalOf(const Triangle& t, const VertexPositions& vertices) {
+  const Eigen::Vector3d a = pointAt(vertices, t[0]);
+  return (pointAt(vertices, t[1]) - a).cross(pointAt(vertices, t[2]) - a).normalized();
+}
+
+/// Where a surface faces, between its triangles, too.
+class Facing {
  public:
-  PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface),
-        vertices_(vertices),
-        tree_(vertices, surface.triangles, TriangleTree::Use::kWithoutStarts),
-        at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
+  Facing(const Surface& surface, const VertexPositions& vertices)
+      : at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
     for (const Triangle& t : surface.triangles) {
       const std::array<Eigen::Vector3d, 3> p{pointAt(vertices, t[0]), pointAt(vertices, t[1]), pointAt(vertices, t[2])};
-      const Eigen::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
-      normals_.push_back(normal);
+      const Eigen::Vector3d normal = normalOf(t, vertices);
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3d to = (p[(k + 1) % 3] - p[k]).normalized(), from = (p[(k + 2) % 3] - p[k]).normalized();
         const double angle = std::acos(std::clamp(to.dot(from), -1.0, 1.0));
@@ -107,6 +108,25 @@ class PosedSurface {
       }
     }
   }
+  [[nodiscard]] Eigen::Vector3d at(const LipPoint& point) const { return placeOf(point, at_corners_).normalized(); }
+
+ private:
+  VertexPositions at_corners_;
+};
+
+/// A surface in a pose: distances from it, below zero inside. Inside is what lies behind all triangles around the
+/// closest place: right beside sharp rims of coarse lips, too, and where a sliver has folded over.
+class PosedSurface {
+ public:
+  PosedSurface(const Surface& surface, const VertexPositions& vertices)
+      : surface_(surface), vertices_(vertices), tree_(vertices, surface.triangles, TriangleTree::Use::kWithoutStarts) {}
+
+  /// Of what comes into `box` alone: places further off than it reaches are not to be asked for.
+  PosedSurface(const Surface& surface, const VertexPositions& vertices, const Eigen::AlignedBox3d& box)
+      : surface_(surface),
+        vertices_(vertices),
+        numbers_(trianglesIn(surface, vertices, box)),
+        tree_(vertices, trianglesOf(surface, *numbers_), TriangleTree::Use::kWithoutStarts) {}
 
   /// nullopt where no triangle is within `within`. `facing`: the normal of the surface that `p` lies on; inside is only
   /// what faces the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal,
@@ -116,6 +136,7 @@ class PosedSurface {
     const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr, within);
     if (!foot) return std::nullopt;
     last_ = foot;
+    const std::size_t triangle = numbers_ ? (*numbers_)[foot->triangle] : foot->triangle;
     const double distance = (p - foot->point).norm();
     std::size_t edges = 0, edge = 0, corner = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -123,19 +144,20 @@ class PosedSurface {
         corner = k;
         continue;
       }
-      if (surface_.over[foot->triangle][k] == Surface::kNone) return distance;
+      if (surface_.over[triangle][k] == Surface::kNone) return distance;
       ++edges;
       edge = k;
     }
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     const auto isBehind = [&](std::size_t t) {
-      sum += normals_[t];
-      return (p - foot->point).dot(normals_[t]) < -least_cosine * distance;
+      const Eigen::Vector3d normal = normalOf(surface_.triangles[t], vertices_);
+      sum += normal;
+      return (p - foot->point).dot(normal) < -least_cosine * distance;
     };
-    bool is_inside = isBehind(foot->triangle);
-    if (edges == 1) is_inside = is_inside && isBehind(unsignedIndex(surface_.over[foot->triangle][edge]));
+    bool is_inside = isBehind(triangle);
+    if (edges == 1) is_inside = is_inside && isBehind(unsignedIndex(surface_.over[triangle][edge]));
     if (edges == 2 && is_inside) {
-      const auto& fan = surface_.around.at(surface_.triangles[foot->triangle][corner]);
+      const auto& fan = surface_.around.at(surface_.triangles[triangle][corner]);
       is_inside = std::all_of(fan.begin(), fan.end(), isBehind);
     }
     return is_inside && sum.normalized().dot(facing) < kOpposed ? -distance : distance;
@@ -154,16 +176,27 @@ class PosedSurface {
     return half_angles > kInFlesh * 2 * std::numbers::pi;
   }
 
-  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const {
-    return placeOf(point, at_corners_).normalized();
+ private:
+  static std::vector<std::size_t> trianglesIn(const Surface& surface, const VertexPositions& vertices,
+                                              const Eigen::AlignedBox3d& box) {
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      Eigen::AlignedBox3d own;
+      for (const std::uint32_t v : surface.triangles[i]) own.extend(pointAt(vertices, v));
+      if (box.intersects(own)) numbers.push_back(i);
+    }
+    return numbers;
+  }
+  static std::vector<Triangle> trianglesOf(const Surface& surface, const std::vector<std::size_t>& numbers) {
+    std::vector<Triangle> triangles;
+    for (const std::size_t i : numbers) triangles.push_back(surface.triangles[i]);
+    return triangles;
   }
 
- private:
   const Surface& surface_;
   const VertexPositions& vertices_;
+  std::optional<std::vector<std::size_t>> numbers_;  ///< of the tree's triangles; nullopt: all of the surface's
   TriangleTree tree_;
-  std::vector<Eigen::Vector3d> normals_;
-  VertexPositions at_corners_;
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
@@ -241,6 +274,7 @@ class Chooser {
   /// The triangles of one lip: those off the other one's side.
   [[nodiscard]] Lip lipOff(SideBit other) const {
     Lip lip;
+    std::set<std::uint32_t> corners;
     for (const Triangle& triangle : mesh_.triangles) {
       const bool is_near = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return is_near_[v]; });
       const bool is_own = std::any_of(triangle.begin(), triangle.end(),
@@ -249,7 +283,7 @@ class Chooser {
       for (const std::uint32_t v : triangle) lower += topology_.lowerShare(v) / 3;
       if (!is_near || !is_own || (lower > 0.5) != (other == kUpperLip)) continue;
       lip.surface.triangles.push_back(triangle);
-      addPoints(triangle, lip.points);
+      addPoints(triangle, corners, lip.points);
     }
     lip.surface.findNeighbours();
     return lip;
@@ -268,14 +302,15 @@ class Chooser {
  private:
   [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return pointAt(mesh_.vertices, v); }
 
-  /// A regular net; corners and edges that two triangles share count once.
-  void addPoints(const Triangle& triangle, std::vector<LipPoint>& points) const {
+  /// A regular net; corners that triangles share count once, and most edges. `taken`: corners that are there.
+  void addPoints(const Triangle& triangle, std::set<std::uint32_t>& taken, std::vector<LipPoint>& points) const {
     double longest = 0;
     for (std::size_t k = 0; k < 3; ++k)
       longest = std::max(longest, (vertex(triangle[k]) - vertex(triangle[(k + 1) % 3])).norm());
     const int cuts = static_cast<int>(std::clamp(std::ceil(longest / step_), 1.0, kMostCuts));
     for (int i = 0; i < cuts; ++i) {
       for (int j = 0; i + j < cuts; ++j) {
+        if (i + j == 0 && !taken.insert(triangle[0]).second) continue;
         LipPoint point{triangle, Eigen::Vector3d(cuts - i - j, i, j) / cuts, kNoColumn};
         const Eigen::Vector3d p = placeOf(point, mesh_.vertices);
         if (distanceToLine(p, rim_) > lips_) continue;
@@ -328,7 +363,17 @@ LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
-  PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
+  const auto boxAround = [&](double reach) {
+    Eigen::AlignedBox3d box;
+    for (const Lip* lip : {&data_->upper, &data_->lower}) {
+      for (const LipPoint& point : lip->points) box.extend(placeOf(point, vertices));
+    }
+    box.min().array() -= reach;
+    box.max().array() += reach;
+    return box;
+  };
+  PosedSurface teeth(data_->teeth, vertices, boxAround(data_->deepest)),
+      tongue(data_->tongue, vertices, boxAround(data_->deep_in_tongue));
   LipContact contact;
   std::array<double, kColumns>& gaps = contact.gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
@@ -338,10 +383,11 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
     double distance = 0;
     [[nodiscard]] double least(const Eigen::Vector3d& p) const { return distance - (p - at).norm(); }
   };
-  const auto look = [&](const std::vector<LipPoint>& points, const PosedSurface& own, PosedSurface& other) {
+  const auto look = [&](const Lip& own, PosedSurface& other) {
+    const Facing facing(own.surface, vertices);
     std::optional<Triangle> triangle;
     Known to_lip, to_teeth, to_tongue;
-    for (const LipPoint& point : points) {
+    for (const LipPoint& point : own.points) {
       if (triangle != point.triangle) to_lip = to_teeth = to_tongue = {};
       triangle = point.triangle;
       const Eigen::Vector3d p = placeOf(point, vertices);
@@ -349,7 +395,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       const auto isSeen = [&](PosedSurface& surface, double enough, double deep, double cosine, Known& known) {
         if (known.least(p) > enough) return std::optional<double>();
         const double within = std::max(enough, deep);
-        const auto distance = surface.signedDistance(p, own.normalAt(point), within, cosine);
+        const auto distance = surface.signedDistance(p, facing.at(point), within, cosine);
         known = {p, distance.value_or(within)};
         return distance && *distance > -deep ? distance : std::nullopt;
       };
@@ -369,8 +415,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
         contact.in_tongue = std::max(contact.in_tongue, -*gap);
     }
   };
-  look(data_->lower.points, lower, upper);
-  look(data_->upper.points, upper, lower);
+  look(data_->lower, upper);
+  look(data_->upper, lower);
   const Sights above(data_->upper.surface.triangles, vertices, data_->from, data_->along),
       below(data_->lower.surface.triangles, vertices, data_->from, data_->along);
   for (std::size_t s = 0; s < kSights; ++s) {

@@ -36,11 +36,12 @@ int main(int argc, char** argv) {
     faulty += trial.refused.empty() && !trial.faults.empty() ? 1U : 0U;
     torn += trial.isTorn() ? 1U : 0U;
     passed_torn += trial.passes() && trial.isTorn() ? 1U : 0U;
-    fmt::print("{}{}{}: edge +{:.1f} mm, jump {:.1f} mm, {} of {} shut, fit {:.1f} s, {} vertices; {}{}{}\n",
-               trial.isTorn() ? "TORN " : "", trial.passes() ? "" : "FAULT ", head.name, trial.edge_growth_mm,
-               trial.jump_mm, trial.shut, trial.closures, trial.fit_s, head.mesh.vertexCount(), head.changes,
-               trial.refused.empty() ? "" : "; refused: " + trial.refused,
-               trial.faults.empty() ? "" : "; faults: " + trial.faults);
+    fmt::print(
+        "{}{}{}: edge +{:.1f} mm, jump {:.1f} mm, {} of {} shut, fit {:.1f} s, mended {:.1f} s, {} vertices; {}{}{}\n",
+        trial.isTorn() ? "TORN " : "", trial.passes() ? "" : "FAULT ", head.name, trial.edge_growth_mm, trial.jump_mm,
+        trial.shut, trial.closures, trial.fit_s, trial.mend_s, head.mesh.vertexCount(), head.changes,
+        trial.refused.empty() ? "" : "; refused: " + trial.refused,
+        trial.faults.empty() ? "" : "; faults: " + trial.faults);
     std::fflush(stdout);
     if (!keep && trial.passes() && !trial.isTorn()) {
       for (const char* end : {".obj", ".face"}) std::filesystem::remove(folder + "/head_" + head.name + end);

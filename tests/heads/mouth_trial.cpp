@@ -187,14 +187,18 @@ MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedP
   request.mesh_sha256 = sha256Hex(bytes);
   try {
     FaceMesh mesh = parseFaceMesh(bytes, stem + ".obj");
+    const auto secondsSince = [](std::clock_t start) { return asReal(std::clock() - start) / asReal(CLOCKS_PER_SEC); };
     const std::clock_t start = std::clock();
     FaceFile face = fitFace(mesh, head.clicks, "clicks", request);
-    trial.fit_s = asReal(std::clock() - start) / asReal(CLOCKS_PER_SEC);
+    trial.fit_s = secondsSince(start);
     std::vector<std::string> faults = faultsOf(checkFace(face, mesh));
     FaceRig fitted = FaceRig::of(face, std::move(mesh), stem);
     const ActorPose actor = actorOf(corpus);
-    for (const FaceFault& fault : mendFace(face, fitted, poses, actor, judgeFace(fitted, face, poses, actor)).faults)
-      faults.push_back(fault.what);
+    FaceJudgement judged = judgeFace(fitted, face, poses, actor);
+    const std::clock_t given = std::clock();
+    judged = mendFace(face, fitted, poses, actor, std::move(judged));
+    trial.mend_s = secondsSince(given);
+    for (const FaceFault& fault : judged.faults) faults.push_back(fault.what);
     writeFaceFile(folder / (stem + ".face"), face);
     const FaceRig rig = FaceRig::load(folder / (stem + ".face"));
     trial.faults = fmt::format("{}", fmt::join(faults, "; "));

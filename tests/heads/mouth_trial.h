@@ -19,7 +19,8 @@ struct MouthTrial {
   double edge_growth_mm = 0;           ///< of the edge that grows most
   double jump_mm = 0;                  ///< how much further a vertex goes from frame to frame than any marker
   std::size_t closures = 0, shut = 0;  ///< captured B P M; through how many nobody sees into the mouth
-  double fit_s = 0;                    ///< of one core
+  double fit_s = 0;                    ///< of one core, without mending
+  double mend_s = 0;                   ///< of one core; judging what it was given is not counted
 
   /// An edge grows further than lips ever move apart at their corners, a vertex flies, or every tenth closure gapes.
   [[nodiscard]] bool isTorn() const { return edge_growth_mm > 7 || jump_mm > 4 || shut * 10 < closures * 9; }
