@@ -257,6 +257,18 @@ FaceJudgement FaceJudge::judge(const FaceRig& rig) const {
   return found;
 }
 
+std::vector<VertexPositions> FaceJudge::closures(const FaceRig& rig) const {
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < data_->poses.rows.size(); ++row) {
+    if (data_->poses.rows[row].closed) rows.push_back(row);
+  }
+  std::vector<VertexPositions> closures(rows.size());
+  parallelFor(rows.size(), [&](std::size_t i) {
+    rig.deform(data_->motion.pose(FrameIndex{rows[i]}), data_->poses.tongue[rows[i]], closures[i]);
+  });
+  return closures;
+}
+
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
   return FaceJudge(rig, face, poses, actor).judge(rig);
 }

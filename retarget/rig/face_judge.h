@@ -84,8 +84,11 @@ class FaceJudge {
   FaceJudge(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
   ~FaceJudge();
 
-  /// `rig`: of the same face, but for what of its binding mending changes (relaxed, pressed, levelled, meets).
+  /// `rig`: of the same face, but for what of its binding mending changes (relaxed, pressed, levelled, meets), and of
+  /// the same mesh or that with its split vertices welded, whose judgement is the same.
   [[nodiscard]] FaceJudgement judge(const FaceRig& rig) const;
+  /// The mesh of such a rig in each pose in which the captured lips touch.
+  [[nodiscard]] std::vector<VertexPositions> closures(const FaceRig& rig) const;
 
  private:
   struct Data;

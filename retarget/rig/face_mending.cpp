@@ -36,9 +36,7 @@ bool meetWrongly(const FaceJudgement& found) {
 
 bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
 
-bool canBeMended(const FaceJudgement& found) {
-  return !isWhole(found) && (!found.torn.empty() || meetWrongly(found));
-}
+bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
 
 /// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
 /// the lips get into each other, as far as `overlap`, the limit, tells. `overlap` and lengths in the mesh's unit.
@@ -69,29 +67,15 @@ std::vector<bool> rimsOf(const FaceMesh& mesh, const ControlMesh& control) {
   return rims;
 }
 
-/// The mesh in each pose in which the captured lips touch.
-std::vector<VertexPositions> closuresOf(const FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor) {
-  std::vector<VertexPositions> closures;
-  const FaceMotion motion = rig.retarget(poses.motion, &actor, poses.lips);
-  for (std::size_t row = 0; row < poses.rows.size(); ++row) {
-    if (!poses.rows[row].closed) continue;
-    VertexPositions& pose = closures.emplace_back();
-    rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], pose);
-  }
-  return closures;
-}
-
-/// mendFace() of a mesh that welding leaves as it is.
-FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
-                        FaceJudgement judged) {
-  const auto shared_mesh = std::make_shared<const FaceMesh>(rig.mesh());
+/// mendFace() on `mesh`, the head's or that with its split vertices welded by `welding`; `face`: of that mesh.
+FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& shared_mesh, const Welding& welding,
+                        const FaceJudge& judge, FaceJudgement judged) {
   const FaceMesh& mesh = *shared_mesh;
   const HeadTopology topology(mesh, openingsOf(face.control));
   const double mouth_width = face.control.mouth_width;
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
-  const FaceJudge judge(FaceRig::of(given, shared_mesh, rig.name()), given, poses, actor);
   // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that still do not
   // meet rightly are brought to it by their surfaces; coarse ones are levelled, and where that brings them into each
   // other levelled harder and held apart.
@@ -123,28 +107,32 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
     FaceBinding binding = given.binding;
     binding.meets = way.meets;
     std::optional<LipLevelling> levelling;
-    if (way.levels) levelling.emplace(mesh, face.control, binding, *way.levels);
-    FaceRig moved = FaceRig::of(tried, shared_mesh, rig.name());
+    std::optional<FaceRig> moved;
+    const auto take = [&] { moved = FaceRig::of(tried, shared_mesh, face.name); };
+    if (way.levels) {
+      levelling.emplace(mesh, face.control, binding, *way.levels);
+      take();
+    }
     FaceJudgement last = first;
     std::set<std::uint32_t> torn;
     for (std::size_t round = 0; round < kRounds; ++round) {
       const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      if (!way.levels || round == 0)  // what levelling itself stretches stays
-        torn.insert(last.torn.begin(), last.torn.end());
-      if (levelling) levelling->level(closuresOf(moved, poses, actor), binding);
+      if (!way.levels || round == 0) {  // what levelling itself stretches stays
+        for (const std::uint32_t v : last.torn) torn.insert(welding.isNothing() ? v : welding.welded_of[v]);
+      }
+      if (levelling) levelling->level(judge.closures(*moved), binding);
       if (levelling) last.left_open.fill(0);
       if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
         press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = binding;
-      moved = FaceRig::of(tried, shared_mesh, rig.name());
       const auto same = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == binding; });
-      FaceJudgement found = same != known.end() ? same->second : judge.judge(moved);
+      if (levelling || same == known.end()) take();
+      FaceJudgement found = same != known.end() ? same->second : judge.judge(*moved);
       if (same == known.end()) known.emplace_back(binding, found);
       const FaceJudgement before = std::exchange(last, std::move(found));
       if (mendsMore(last, judged)) {
         face = tried;
-        rig = FaceRig::of(face, shared_mesh, rig.name());
         judged = last;
       }
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
@@ -174,22 +162,20 @@ bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged) {
   if (!canBeMended(judged)) return judged;
-  const Welding welding = weldSplitTriangles(rig.mesh());
-  if (welding.isNothing()) return mendWhole(face, rig, poses, actor, std::move(judged));
-  // Sewn together once and not in each round.
-  FaceFile welded = face;
-  welded.binding = weldedBinding(face.binding, welding);
-  FaceRig sewn = FaceRig::of(welded, welding.mesh, rig.name());
-  mendWhole(welded, sewn, poses, actor, judgeFace(sewn, welded, poses, actor));
-  const FaceBinding mended = std::move(welded.binding);
-  welded = face;
-  welded.binding = givenBinding(mended, welding);
-  sewn = FaceRig::of(welded, rig.mesh(), rig.name());
-  const FaceJudgement found = judgeFace(sewn, welded, poses, actor);
-  if (!mendsMore(found, judged)) return judged;
-  face = std::move(welded);
-  rig = std::move(sewn);
-  return found;
+  const Welding welding = weldSplitTriangles(rig.mesh());  // sewn together once and not in each round
+  const bool is_sewn = !welding.isNothing();
+  const FaceFile given = face;
+  FaceFile mended = face;
+  if (is_sewn) mended.binding = weldedBinding(face.binding, welding);
+  const FaceBinding before = mended.binding;
+  const auto given_mesh = std::make_shared<const FaceMesh>(rig.mesh());
+  const FaceJudge judge(rig, given, poses, actor);
+  judged = mendWhole(mended, is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh, welding, judge,
+                     std::move(judged));
+  if (mended.binding == before) return judged;
+  face.binding = is_sewn ? givenBinding(mended.binding, welding) : std::move(mended.binding);
+  rig = FaceRig::of(face, given_mesh, rig.name());
+  return judged;
 }
 
 }  // namespace mouthpiece

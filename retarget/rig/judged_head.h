@@ -38,8 +38,9 @@ class JudgedHead {
 
   /// The mesh with its split vertices welded, which all vertices here are of.
   [[nodiscard]] const FaceMesh& mesh() const { return mesh_; }
-  [[nodiscard]] VertexPositions welded(VertexPositions given) const {
-    return welding_.isNothing() ? std::move(given) : welding_.weldedFromGiven(given);
+  /// `moved`: positions of the head's vertices, or of mesh()'s already.
+  [[nodiscard]] VertexPositions welded(VertexPositions moved) const {
+    return moved.rows() == mesh_.vertices.rows() ? std::move(moved) : welding_.weldedFromGiven(moved);
   }
   /// The number that a welded vertex has in the head's file.
   [[nodiscard]] std::uint32_t givenOf(std::uint32_t vertex) const {
