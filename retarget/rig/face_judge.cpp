@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <set>
 
 #include "base/errors.h"
@@ -203,7 +205,11 @@ FaceJudgement judgePoses(const JudgedHead& head, const FaceRig& rig, const FaceM
     rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], deformed);
     VertexPositions now = head.welded(std::move(deformed));
     if (poses.rows[row].is_way) return now;
-    head.lookAtPose(now, poses.rows[row].closed || row % 4 == 0, seen[row]);
+    // How far lips are apart that need not touch is not asked for.
+    std::optional<double> widest_gap;
+    if (row % 4 == 0) widest_gap = 2 * kNearMm / head.mm();
+    if (poses.rows[row].closed) widest_gap = std::numeric_limits<double>::infinity();
+    head.lookAtPose(now, widest_gap, seen[row]);
     head.lookAtMotion(now, motion, row, seen[row]);
     return now;
   };
@@ -280,7 +286,7 @@ std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
   std::vector<FaceJudgement> judged(poses.size());
   parallelFor(poses.size(), [&](std::size_t k) {
     PoseSeen seen;
-    head.lookAtPose(head.welded(poses[k]), true, seen);
+    head.lookAtPose(head.welded(poses[k]), std::numeric_limits<double>::infinity(), seen);
     judged[k] = Summary(head, {&seen, 1}, rows.subspan(k, 1)).judge();
   });
   return judged;

@@ -144,11 +144,11 @@ void JudgedHead::findMarkers() {
   }
 }
 
-void JudgedHead::lookAtPose(const VertexPositions& now, bool measures_lips, PoseSeen& seen) const {
+void JudgedHead::lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const {
   lookAtEdges(now, seen);
   lookAtTriangles(now, seen);
-  seen.is_measured = measures_lips;
-  if (measures_lips) seen.contact = meter_.measure(now);
+  seen.is_measured = widest_gap.has_value();
+  if (widest_gap) seen.contact = meter_.measure(now, *widest_gap);
 }
 
 void JudgedHead::lookAtEdges(const VertexPositions& now, PoseSeen& seen) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -49,8 +50,8 @@ class JudgedHead {
   [[nodiscard]] double mm() const { return mm_; }  ///< in the mesh's unit
   [[nodiscard]] const LipContact& atRest() const { return at_rest_; }
 
-  /// Looks at edges and triangles, and with `measures_lips` at the lips' contact.
-  void lookAtPose(const VertexPositions& now, bool measures_lips, PoseSeen& seen) const;
+  /// Looks at edges and triangles, and at the lips' contact if `widest_gap` is given (LipContactMeter::measure).
+  void lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const;
   /// How far skin and markers are from rest in frame `row`.
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
   /// How far vertices go from frame row - 1 to `row`, beside their markers.

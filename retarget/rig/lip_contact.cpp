@@ -361,7 +361,7 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
 LipContactMeter::LipContactMeter(LipContactMeter&&) noexcept = default;
 LipContactMeter::~LipContactMeter() = default;
 
-LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
+LipContact LipContactMeter::measure(const VertexPositions& vertices, double widest) const {
   PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
   const auto boxAround = [&](double reach) {
     Eigen::AlignedBox3d box;
@@ -376,7 +376,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       tongue(data_->tongue, vertices, boxAround(data_->deep_in_tongue));
   LipContact contact;
   std::array<double, kColumns>& gaps = contact.gaps;
-  gaps.fill(std::numeric_limits<double>::infinity());
+  gaps.fill(widest);
   // Of a triangle's points most can be told by what was found at the first: no distance changes faster than the place.
   struct Known {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();

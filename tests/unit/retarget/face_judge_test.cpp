@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "deform/mesh/welding.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -174,6 +175,43 @@ TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
     EXPECT_EQ(found.torn, alone.torn);
     EXPECT_EQ(found.faults.size(), face == &file_ ? 0U : 1U);
   }
+}
+
+/// The mesh with every triangle apart, and whose vertex each of its vertices was.
+std::pair<FaceMesh, Welding> takenApart(const FaceMesh& whole) {
+  FaceMesh apart = whole;
+  apart.texture_coordinates.clear();
+  apart.vertex_colors.clear();
+  Welding back{whole, {}, std::vector<std::uint32_t>(whole.vertexCount())};
+  for (Triangle& t : apart.triangles) {
+    for (std::uint32_t& v : t) {
+      back.given_of[v] = static_cast<std::uint32_t>(back.welded_of.size());
+      back.welded_of.push_back(std::exchange(v, back.given_of[v]));
+    }
+  }
+  apart.vertices = whole.vertices(back.welded_of, Eigen::all);
+  return {std::move(apart), std::move(back)};
+}
+
+TEST_F(FaceJudgeTest, ASewnHeadIsJudgedAsTheGivenOneIs) {
+  const auto [apart, back] = takenApart(mesh_);
+  const FaceFile torn = hungOnEachOther(file_);
+  FaceFile given = torn;
+  given.binding = givenBinding(torn.binding, back);
+  const Welding welding = weldSplitTriangles(apart);
+  ASSERT_FALSE(welding.isNothing());
+  FaceFile sewn = given;
+  sewn.binding = weldedBinding(given.binding, welding);
+  const JudgedPoses poses = opening();
+  const FaceRig rig = FaceRig::of(given, apart, "apart.face");
+  const FaceJudge judge(rig, given, poses, {test::madeUpActor().neutral_mm, 0});
+  const FaceJudgement of_given = judge.judge(rig), of_sewn = judge.judge(FaceRig::of(sewn, welding.mesh, "apart.face"));
+  EXPECT_FALSE(of_given.torn.empty());
+  EXPECT_EQ(of_sewn.torn, of_given.torn);
+  EXPECT_EQ(of_sewn.edge_growth_mm, of_given.edge_growth_mm);
+  EXPECT_EQ(of_sewn.lips_overlap_mm, of_given.lips_overlap_mm);
+  ASSERT_EQ(of_sewn.faults.size(), of_given.faults.size());
+  for (std::size_t i = 0; i < of_given.faults.size(); ++i) EXPECT_EQ(of_sewn.faults[i].what, of_given.faults[i].what);
 }
 
 TEST_F(FaceJudgeTest, LipsInEachOtherAreHeldApart) {

@@ -63,6 +63,23 @@ class LipContactTest : public ::testing::Test {
   static inline FaceFile file_;
 };
 
+TEST_F(LipContactTest, GapsWiderThanIsAskedForChangeNothingElse) {
+  constexpr double kWidest = 2;
+  const LipContactMeter meter(mesh_, file_.control);
+  const FaceDeformer deformer(mesh_, file_.control, file_.binding);
+  for (const double opening : {0.0, 6.0}) {
+    const VertexPositions posed = deformed(deformer, lowered(opening), 0);
+    const LipContact whole = meter.measure(posed), near = meter.measure(posed, kWidest);
+    for (std::size_t c = 0; c < LipContact::kColumns; ++c)
+      EXPECT_EQ(near.gaps[c], std::min(whole.gaps[c], kWidest)) << opening << " mm, column " << c;
+    EXPECT_EQ(whole.gap > kWidest, opening > 0);
+    EXPECT_EQ(near.overlaps, whole.overlaps);
+    EXPECT_EQ(near.seeming_overlap, whole.seeming_overlap);
+    EXPECT_EQ(near.in_teeth, whole.in_teeth);
+    EXPECT_EQ(near.slits, whole.slits);
+  }
+}
+
 TEST_F(LipContactTest, TheMeterSeesAGapAndAnOverlapThatWereMade) {
   const LipContactMeter meter(mesh_, file_.control);
   const LipContact at_rest = meter.measure(mesh_.vertices);
