@@ -184,8 +184,7 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
 
 /// Any words lie somewhere in noise, of which the doubt knows nothing: a line is not believed where hardly any of its
 /// words' time is speech.
-void doubtLinesOutsideSpeech(std::span<const std::int16_t> samples, ForcedAlignment& alignment) {
-  const std::vector<SoundStretch> stretches = findSpeech(samples);
+void doubtLinesOutsideSpeech(std::span<const SoundStretch> stretches, ForcedAlignment& alignment) {
   const SpeechLabels& labels = alignment.labels;
   std::size_t word = 0;
   for (const std::size_t end : TextDoubt::lineEnds(labels.words.size())) {
@@ -202,6 +201,14 @@ void doubtLinesOutsideSpeech(std::span<const std::int16_t> samples, ForcedAlignm
     std::fill(alignment.line_confidence.begin() + signedIndex(first),
               alignment.line_confidence.begin() + signedIndex(end), 0.0);
   }
+}
+
+/// Less than for a recording alone, which is refused where no speech is found: that there are words speaks for speech.
+void refuseWhereNobodySpeaks(std::span<const SoundStretch> stretches, SpeechKind kind, std::string_view name) {
+  if (stretches.empty()) throw InputError(name, "", "holds silence only; expected speech");
+  const auto isSteady = [](const SoundStretch& stretch) { return stretch.is_steady; };
+  if (kind == SpeechKind::kSpoken && std::all_of(stretches.begin(), stretches.end(), isSteady))
+    throw InputError(name, "", "holds steady noise or tones only; expected speech");
 }
 
 [[noreturn]] void failTooShort(Seconds lasts, const std::vector<TranscriptWord>& words, std::string_view name) {
@@ -261,7 +268,7 @@ std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Alig
   try {
     heard = aligner.align(audio, words, name, SpeechKind::kSpoken, BorderTimes::kFirstHeard);
   } catch (const InputError&) {
-    return "the labels do not fit the sound: it is too short for their phones";
+    return "the labels do not fit the sound: it is too short for their phones, or nobody speaks in it";
   }
   if (isOtherText(heard)) return doubtsAbout(heard);
   std::vector<double> beside;
@@ -294,6 +301,8 @@ ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& sam
                                             const std::vector<TranscriptWord>& words, std::string_view name,
                                             SpeechKind kind, BorderTimes times) {
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
+  const std::vector<SoundStretch> stretches = findSpeech(samples);
+  refuseWhereNobodySpeaks(stretches, kind, name);
   const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(lasts, words, name);
   const bool is_spoken = kind == SpeechKind::kSpoken;
@@ -312,7 +321,7 @@ ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& sam
       alignment.line_confidence = std::move(believed.lines);
     }
   }
-  doubtLinesOutsideSpeech(samples, alignment);
+  doubtLinesOutsideSpeech(stretches, alignment);
   return alignment;
 }
 

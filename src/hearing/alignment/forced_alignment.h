@@ -48,7 +48,7 @@ class Aligner {
  public:
   virtual ~Aligner() = default;
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
-  /// are no words, or the sound is too short to hold them.
+  /// are no words, the sound is too short to hold them, or nobody speaks in it for certain.
   virtual ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
                                 SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) = 0;
 };

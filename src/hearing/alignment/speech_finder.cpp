@@ -24,6 +24,8 @@ constexpr std::size_t kPauseFrames = 35, kMarginFrames = 15, kShortestRun = 6;
 /// in all of them for a second is none.
 constexpr std::array<double, 6> kBandsHz{200, 600, 1200, 2400, 4000, 7000};
 constexpr double kSteadyBandDb = 3.8;
+/// The same in the least steady second: white and pink noise reach 2.4, a word in noise as loud as itself 2.5 and more.
+constexpr double kSurelySteadyBandDb = 2.45;
 /// What stays within this as a whole, and is purer than speech in noise that does, are tones.
 constexpr double kSteadyLevelDb = 3.2, kPureFlatness = 0.002;
 constexpr Seconds kShortestJudged = 1.0;
@@ -118,20 +120,26 @@ double flatness(std::span<const std::int16_t> samples) {
   return count > 0 ? flat / count : 1;
 }
 
-/// Standard deviation of levels within a second, or what there is, the median of the seconds.
-double usualSpread(std::span<const double> db) {
-  // The lowest spread of a second's levels counts the most in speech, the usual one here: a chord sets in once.
+/// Standard deviation of levels within a second, or what there is: of the seconds' the one that is over `share` of
+/// them.
+double spreadOf(std::span<const double> db, double share) {
   std::vector<double> spreads;
   const std::size_t length = std::min<std::size_t>(100, db.size());
   for (std::size_t at = 0; at + length <= db.size() && length > 0; at += length / 2 + 1) {
     const Eigen::Map<const Eigen::ArrayXd> second(db.data() + at, signedIndex(length));
     spreads.push_back(std::sqrt((second - second.mean()).square().mean()));
   }
-  return spreads.empty() ? 0 : quantile(std::move(spreads), 0.5);
+  return spreads.empty() ? 0 : quantile(std::move(spreads), share);
 }
+/// The median, since a chord sets in once.
+double usualSpread(std::span<const double> db) { return spreadOf(db, 0.5); }
 
-/// The largest usualSpread() of the bands.
-double usualSpreadOfBands(std::span<const std::int16_t> samples) {
+/// Of the band that changes the most: its usualSpread(), and that of its least steady second.
+struct BandSpread {
+  double usual = 0, most = 0;
+};
+
+BandSpread spreadOfBands(std::span<const std::int16_t> samples) {
   constexpr std::size_t kWindow = 400, kTransform = 512;
   constexpr double kBinHz = 16000.0 / kTransform, kLeastPower = 0.1;
   Eigen::FFT<double> transform;
@@ -150,20 +158,26 @@ double usualSpreadOfBands(std::span<const std::int16_t> samples) {
       db[band].push_back(10 * std::log10(power / (asReal(end - first) * kWindow) + kLeastPower));
     }
   }
-  double largest = 0;
-  for (const std::vector<double>& levels : db) largest = std::max(largest, usualSpread(levels));
+  BandSpread largest;
+  for (const std::vector<double>& levels : db) {
+    largest.usual = std::max(largest.usual, usualSpread(levels));
+    largest.most = std::max(largest.most, spreadOf(levels, 1));
+  }
   return largest;
 }
 
-SoundKind kindOf(const Frames& run, const std::vector<double>& db, std::span<const std::int16_t> samples) {
+/// What a run is; its span is left open.
+SoundStretch judged(const Frames& run, const std::vector<double>& db, std::span<const std::int16_t> samples) {
   const std::size_t count = run.end - run.first;
-  if (asReal(count) * kLevelStep < kShortestJudged) return SoundKind::kSpeech;
+  if (asReal(count) * kLevelStep < kShortestJudged) return {};
   const std::span<const std::int16_t> sound = samples.subspan(run.first * kLevelFrame, count * kLevelFrame);
-  if (usualSpreadOfBands(sound) < kSteadyBandDb)
-    return flatness(sound) < kTonalFlatness ? SoundKind::kMusic : SoundKind::kNoise;
+  const BandSpread spread = spreadOfBands(sound);
+  if (spread.usual < kSteadyBandDb)
+    return {.kind = flatness(sound) < kTonalFlatness ? SoundKind::kMusic : SoundKind::kNoise,
+            .is_steady = spread.most < kSurelySteadyBandDb};
   const bool is_tones =
       usualSpread(std::span(db).subspan(run.first, count)) < kSteadyLevelDb && flatness(sound) < kPureFlatness;
-  return is_tones ? SoundKind::kMusic : SoundKind::kSpeech;
+  return {.kind = is_tones ? SoundKind::kMusic : SoundKind::kSpeech};
 }
 
 }  // namespace
@@ -175,8 +189,7 @@ std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
   std::vector<SoundStretch> stretches;
   const Seconds duration = asReal(samples.size()) / 16000;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    SoundStretch stretch;
-    stretch.kind = kindOf(parts[i], db, samples);
+    SoundStretch stretch = judged(parts[i], db, samples);
     // Sounds begin and end quietly: half of the pause at most.
     const Seconds before = i > 0 ? asReal(parts[i - 1].end) * kLevelStep : 0;
     const Seconds after = i + 1 < parts.size() ? asReal(parts[i + 1].first) * kLevelStep : duration;

@@ -12,8 +12,9 @@ namespace mouthpiece {
 enum class SoundKind { kSpeech, kMusic, kNoise };
 
 struct SoundStretch {
-  TimeSpan span;
+  TimeSpan span = {};
   SoundKind kind = SoundKind::kSpeech;
+  bool is_steady = false;  ///< all through, more than any sound with a word in it: surely no speech
 };
 
 /// The longest stretch that is heard as one.

@@ -13,6 +13,7 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
+#include "support/error_of.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -109,8 +110,9 @@ TEST(TextDoubt, TellsSilentNoisyAndUnsteadyBackgroundsApart) {
   EXPECT_TRUE(doubt.judge({}, {}).words.empty());
 }
 
-/// Any words lie somewhere in a steady sound; words that are said in one are believed.
-TEST(TextDoubt, DoubtsAnyTextOfNoiseAndHum) {
+/// Any words lie somewhere in a steady sound: where it is as steady as no speech, they are refused, else doubted. Words
+/// that are said in one are believed.
+TEST(TextDoubt, RefusesOrDoubtsAnyTextOfNoiseAndHum) {
   const AudioClip line =
       resampleAudio(makeVoice("flite:rms")->speak("the juice of lemons makes fine punch").audio, 16000);
   std::mt19937 random(1);
@@ -122,6 +124,9 @@ TEST(TextDoubt, DoubtsAnyTextOfNoiseAndHum) {
     return sound;
   };
   const auto hiss = [&](std::size_t) { return 0.01 * normal(random); };
+  const auto blip = [&](std::size_t i) {
+    return hiss(i) + (i < 1280 ? 0.03 * std::sin(2 * std::numbers::pi * 1000 * asReal(i) / 16000) : 0.0);
+  };
   const auto hum = [](std::size_t i) {
     double value = 0;
     for (int k = 1; k < 20; ++k) value += 0.01 / k * std::sin(2 * std::numbers::pi * 50 * k * asReal(i) / 16000 + k);
@@ -129,12 +134,36 @@ TEST(TextDoubt, DoubtsAnyTextOfNoiseAndHum) {
   };
   const Pronouncer pronouncer;
   ForcedAligner aligner;
+  const auto refusalOf = [&](const AudioClip& sound, const char* text) {
+    return errorOf([&] { aligner.align(sound, pronouncer.wordsOf(text), "line"); });
+  };
   for (const char* text : {"the juice of lemons makes fine punch", "good morning"}) {
-    EXPECT_TRUE(isDoubted(aligner, soundOf(0, hiss), pronouncer.wordsOf(text))) << text;
-    EXPECT_TRUE(isDoubted(aligner, soundOf(0, hum), pronouncer.wordsOf(text))) << text;
+    EXPECT_EQ(refusalOf(soundOf(0, [](std::size_t) { return 0.0; }), text),
+              "line: holds silence only; expected speech");
+    EXPECT_EQ(refusalOf(soundOf(0, hiss), text), "line: holds steady noise or tones only; expected speech");
+    EXPECT_EQ(refusalOf(soundOf(0, hum), text), "line: holds steady noise or tones only; expected speech");
+    EXPECT_TRUE(isDoubted(aligner, soundOf(0, blip), pronouncer.wordsOf(text))) << text;
   }
   EXPECT_FALSE(isDoubted(aligner, soundOf(1, hiss), pronouncer.wordsOf("the juice of lemons makes fine punch")));
   EXPECT_FALSE(isDoubted(aligner, soundOf(1, hum), pronouncer.wordsOf("the juice of lemons makes fine punch")));
+}
+
+/// So many seconds of noise round one quiet word, as loud as itself, are no reason to refuse it.
+TEST(TextDoubt, OneQuietWordInNoiseIsNotRefused) {
+  const AudioClip word = resampleAudio(makeVoice("flite:rms")->speak("now").audio, 16000);
+  double power = 0;
+  for (const float sample : word.samples) power += double{sample} * double{sample} / asReal(word.samples.size());
+  constexpr double kQuiet = 0.003;
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  AudioClip sound{16000, {}};
+  for (std::size_t i = 0; i < 25 * 16000; ++i) {
+    const std::size_t at = i - 10 * 16000;
+    const double said = i >= 10 * 16000 && at < word.samples.size() ? double{word.samples[at]} : 0.0;
+    sound.samples.push_back(static_cast<float>(kQuiet * (said + std::sqrt(power) * normal(random))));
+  }
+  const Pronouncer pronouncer;
+  EXPECT_EQ(errorOf([&] { ForcedAligner().align(sound, pronouncer.wordsOf("now"), "line"); }), "no error");
 }
 
 }  // namespace

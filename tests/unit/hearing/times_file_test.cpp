@@ -198,8 +198,9 @@ TEST(TimedRecogniser, TellsThatNobodySpeaksWhereItsWordsAre) {
   };
   EXPECT_TRUE(warnings(0.2).empty());
   const std::vector<std::string> told = warnings(2 * static_cast<double>(spoken) / sound.sample_rate_hz);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].starts_with("hardly any speech is heard where ")) << told[0];
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_NE(told[0].find("evenly spread"), std::string::npos) << told[0];
+  EXPECT_TRUE(told[1].starts_with("hardly any speech is heard where ")) << told[1];
 }
 
 TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {

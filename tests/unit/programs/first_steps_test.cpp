@@ -181,6 +181,16 @@ TEST_F(FirstSteps, AWrongTranscriptIsDoubtedEverywhereAndStrictRefusesIt) {
   EXPECT_EQ(synth({"--audio", recorded("now.wav"), "--transcript", kLine, "--strict"}).exit_code, 0);
 }
 
+TEST_F(FirstSteps, ARecordingInWhichNobodySpeaksIsRefusedWithItsTranscript) {
+  std::string sound = readAll(recorded("now.wav"));
+  std::fill(sound.begin() + 44, sound.end(), '\0');
+  const ProgramResult refused = synth({"--audio", file("quiet.wav", sound), "--transcript", kLine});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_TRUE(holds(refused.err, "quiet.wav: holds silence only; expected speech")) << refused.err;
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  EXPECT_FALSE(fs::exists(path("report.json")));
+}
+
 TEST_F(FirstSteps, LabelsOfAnotherRecordingAreDoubted) {
   const std::string audio = recorded("now.wav");
   const ProgramResult own = synth({"--audio", audio, "--phones", recorded("now.TextGrid"), "--strict"});
