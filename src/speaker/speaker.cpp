@@ -11,6 +11,7 @@
 #include "deform/mesh/mesh_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
+#include "hearing/recognition/network_doubt.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/times_file.h"
 #include "page_engine/line_package.h"
@@ -169,7 +170,9 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
     giveBackMemory();
     line.audio = readAudio(source.audio);
   }
+  const std::string failure = language == &english() ? judgeByNetwork(wordNetworkFolder(), line.audio, alignment) : "";
   line.notice = doubtsAbout(alignment);
+  if (!failure.empty()) line.notice += (line.notice.empty() ? "" : "; ") + failure;
   line.labels = std::move(alignment.labels);
   line.voice = "recorded:" + source.audio.filename().string();
   return line;

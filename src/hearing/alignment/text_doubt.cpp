@@ -169,6 +169,10 @@ void judgeLine(const FoundLine& line, const Eigen::MatrixXf& matches, const Eige
 
 }  // namespace
 
+double noiseOf(std::span<const std::int16_t> samples) {
+  return std::clamp((kSilentRangeDb - levelRangeDb(samples)) / (kSilentRangeDb - kLoudestRangeDb), 0.0, 1.0);
+}
+
 std::vector<std::size_t> TextDoubt::lineEnds(std::size_t words) {
   const std::size_t lines = std::max<std::size_t>(1, (words + kWordsALine - 1) / kWordsALine);
   std::vector<std::size_t> ends;
@@ -181,8 +185,7 @@ TextDoubt::TextDoubt(PhoneDecoder& decoder, const Language& language)
 
 Background TextDoubt::backgroundOf(std::span<const std::int16_t> samples) {
   Background background;
-  background.noise =
-      std::clamp((kSilentRangeDb - levelRangeDb(samples)) / (kSilentRangeDb - kLoudestRangeDb), 0.0, 1.0);
+  background.noise = noiseOf(samples);
   if (background.noise <= 0) return background;
   const double unsteady_db = unsteadinessDb(decoder_.cepstraOf(samples));
   background.unsteady = background.noise * std::clamp((unsteady_db - kSteadyDb) / (kMusicDb - kSteadyDb), 0.0, 1.0);

@@ -47,6 +47,9 @@ struct Background {
   double unsteady = 0;  ///< of that, what changes as music does (unsteadinessDb)
 };
 
+/// Background::noise of a sound, 16 kHz.
+double noiseOf(std::span<const std::int16_t> samples);
+
 /// How far words are believed, 0 to 1.
 struct Believed {
   std::vector<double> words;

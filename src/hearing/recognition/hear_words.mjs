@@ -1,8 +1,10 @@
 // Hears the words of sounds: Moonshine's network (N. Jeffries et al., "Moonshine: Speech Recognition for Live Transcription
 // and Voice Commands", 2024; tiny, English) by ONNX Runtime. node hear_words.mjs ANSWERS, started by word_network.cpp.
 // Standard input: for each sound how many samples it has (32 bits), then these, 16 kHz, 16 bits, all little-endian. ANSWERS
-// gets a line of JSON for each: its words, and of each the natural logarithm of its probability.
-import { openSync, readSync, writeSync } from 'node:fs';
+// gets a line of JSON for each: its words, and of each the natural logarithm of its probability. node hear_words.mjs ANSWERS
+// TEXTS has a line of words for each sound; the answer is how likely each of them is after those before it, and last
+// that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place.
+import { openSync, readFileSync, readSync, writeSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import tokenizer from 'llama-tokenizer-js';
 import { InferenceSession, Tensor } from 'onnxruntime-node';
@@ -62,9 +64,11 @@ function likeliest(logits) {
   return [best, -Math.log(sum)];
 }
 
+const heardIn = (samples) => encoder.run({ input_values: new Tensor('float32', samples, [1, samples.length]) });
+
 /** Tokens and their logarithms, the likeliest after each other; the last token among them where it came. */
 async function tokensOf(samples) {
-  const heard = await encoder.run({ input_values: new Tensor('float32', samples, [1, samples.length]) });
+  const heard = await heardIn(samples);
   const memory = emptyMemory();
   const tokens = [];
   const most = Math.ceil((samples.length / kRateHz) * kMostTokensASecond) + 4;
@@ -106,12 +110,66 @@ function wordsOf(tokens) {
   return words.filter((word) => word.text !== '');
 }
 
+const kDigits = ['zero', 'one', 'two', 'three', 'four', 'five', 'six', 'seven', 'eight', 'nine', 'ten', 'eleven', 'twelve'];
+
+/** As the network writes words: with a capital in front and numbers in digits. */
+function written(word, i) {
+  if (kDigits.includes(word)) return String(kDigits.indexOf(word));
+  return i === 0 || word.length === 1 ? word[0].toUpperCase() + word.slice(1) : word;
+}
+
+/** How likely each of the words is, written so, and last that nothing follows. */
+async function scoresOf(heard, words) {
+  const tokens = tokenizer.encode(words.join(' '), false, true);
+  const ids = [kFirstToken, ...tokens];
+  const { logits } = await decoder.run({
+    input_ids: new Tensor('int64', BigInt64Array.from(ids, BigInt), [1, ids.length]),
+    encoder_hidden_states: heard.last_hidden_state,
+    use_cache_branch: new Tensor('bool', [false]),
+    ...emptyMemory(),
+  });
+  const size = logits.data.length / ids.length;
+  const scores = [...words, ''].map(() => ({ log_probability: 0, behind: 0 }));
+  for (let i = 0; i < ids.length; ++i) {
+    const own = logits.data.subarray(i * size, (i + 1) * size);
+    const [best, bestLog] = likeliest(own);
+    if (i === tokens.length) {
+      const end = Math.max(own[kLastToken], own[tokenizer.encode('.', false, false)[0]]) - own[best];
+      scores[words.length] = { log_probability: end + bestLog, behind: end };
+      break;
+    }
+    // Blanks part words, whatever tokens they are of.
+    const word = tokenizer.decode(tokens.slice(0, i + 1), false, true).trim().split(' ').length - 1;
+    const score = scores[Math.min(word, words.length - 1)];
+    score.log_probability += own[tokens[i]] - own[best] + bestLog;
+    score.behind += own[tokens[i]] - own[best];
+  }
+  return scores;
+}
+
+/** The better of both ways to write each word. */
+async function scoresOfText(samples, words) {
+  const heard = await heardIn(samples);
+  const usual = await scoresOf(heard, words.map(written));
+  const small = await scoresOf(heard, words.map((word) => word.toLowerCase()));
+  return usual.map((score, i) => ({
+    log_probability: Math.max(score.log_probability, small[i].log_probability),
+    behind: Math.max(score.behind, small[i].behind),
+  }));
+}
+
+const texts = process.argv[3] && readFileSync(process.argv[3], 'utf8').split('\n').map((line) => line.split(' '));
 const answers = openSync(process.argv[2], 'w');
 for (let head = read(4); head !== null; head = read(4)) {
   const count = head.readUInt32LE(0);
   if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
   const sound = count > 0 ? read(2 * count) : null;
   if (count > 0 && sound === null) throw new Error('the sounds end within one');
+  if (texts) {
+    const words = texts.shift();
+    writeSync(answers, JSON.stringify(count < kLeastSamples ? [] : await scoresOfText(samplesOf(sound), words)) + '\n');
+    continue;
+  }
   const words = count < kLeastSamples ? [] : wordsOf(await tokensOf(samplesOf(sound)));
   writeSync(answers, JSON.stringify(words.map(({ text, logProbability }) => ({ text, log_probability: logProbability }))) + '\n');
 }

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs", kAnswers = "answers";
+constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs", kAnswers = "answers", kTexts = "texts";
 constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
@@ -31,9 +31,56 @@ std::vector<NetworkWord> parseWords(std::string_view line) {
   return words;
 }
 
+std::vector<WordScore> parseScores(std::string_view line) {
+  std::vector<WordScore> scores;
+  for (const JsonField& score : parseJson(line, kScript, "a list of scores").list(0, kMostWords))
+    scores.push_back({std::min(0.0, score["log_probability"].number()), std::min(0.0, score["behind"].number())});
+  return scores;
+}
+
 template <typename Value>
 std::string_view bytesOf(std::span<const Value> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+/// A line of JSON of each sound, by `parse`. `texts`: a line of each, or nothing.
+template <typename Parse>
+auto answersOf(const fs::path& folder, std::span<const std::span<const std::int16_t>> sounds, const std::string& texts,
+               Parse parse) {
+  const std::optional<fs::path> program = findProgram(kProgram);
+  if (!program) throw InputError(std::string(kProgram), "", "is not there; sudo apt-get install nodejs");
+  const PrivateFolder scratch;
+  const fs::path answers = scratch.path() / kAnswers;
+  Seconds length = 0;
+  for (const auto sound : sounds) length += asReal(sound.size()) / kRateHz;
+  std::vector<std::string> arguments{fs::absolute(folder / kScript).string(), answers.string()};
+  if (!texts.empty()) {
+    arguments.push_back((scratch.path() / kTexts).string());
+    writeFileAtomically(arguments.back(), texts);
+  }
+  const ChildResult result =
+      runChild(*program, arguments, scratch.path(), kStartLimit + kSoundLimit * length, [&](const ChildInput& send) {
+        for (const auto sound : sounds) {
+          const auto count = static_cast<std::uint32_t>(sound.size());
+          if (!send(bytesOf(std::span(&count, 1))) || !send(bytesOf(sound))) return;
+        }
+      });
+  if (result.timed_out) throw InputError(std::string(kScript), "", "hung");
+  if (result.exit_code != 0) {
+    throw InputError(std::string(kScript), "", fmt::format("failed: {}", printable(result.output, kLongestSaid)));
+  }
+  std::vector<decltype(parse(std::string_view()))> parsed;
+  const std::string text = readFile(answers);
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    parsed.push_back(parse(std::string_view(text).substr(at, end - at)));
+    at = end + 1;
+  }
+  if (parsed.size() != sounds.size()) {
+    throw InputError(std::string(kScript), "",
+                     fmt::format("found {} answers; expected {}", parsed.size(), sounds.size()));
+  }
+  return parsed;
 }
 
 }  // namespace
@@ -46,35 +93,22 @@ bool hasWordNetwork(const fs::path& folder) {
 
 std::vector<std::vector<NetworkWord>> hearWords(const fs::path& folder,
                                                 std::span<const std::span<const std::int16_t>> sounds) {
-  const std::optional<fs::path> program = findProgram(kProgram);
-  if (!program) throw InputError(std::string(kProgram), "", "is not there; sudo apt-get install nodejs");
-  const PrivateFolder scratch;
-  const fs::path answers = scratch.path() / kAnswers;
-  Seconds length = 0;
-  for (const auto sound : sounds) length += asReal(sound.size()) / kRateHz;
-  const ChildResult result = runChild(*program, {fs::absolute(folder / kScript).string(), answers.string()},
-                                      scratch.path(), kStartLimit + kSoundLimit * length, [&](const ChildInput& send) {
-                                        for (const auto sound : sounds) {
-                                          const auto count = static_cast<std::uint32_t>(sound.size());
-                                          if (!send(bytesOf(std::span(&count, 1))) || !send(bytesOf(sound))) return;
-                                        }
-                                      });
-  if (result.timed_out) throw InputError(std::string(kScript), "", "hung");
-  if (result.exit_code != 0) {
-    throw InputError(std::string(kScript), "", fmt::format("failed: {}", printable(result.output, kLongestSaid)));
+  return answersOf(folder, sounds, "", parseWords);
+}
+
+std::vector<std::vector<WordScore>> scoreWords(const fs::path& folder,
+                                               std::span<const std::span<const std::int16_t>> sounds,
+                                               std::span<const std::vector<std::string>> texts) {
+  MOUTHPIECE_EXPECT(texts.size() == sounds.size());
+  std::string lines;
+  for (const std::vector<std::string>& words : texts) lines += fmt::format("{}\n", fmt::join(words, " "));
+  std::vector<std::vector<WordScore>> scores = answersOf(folder, sounds, lines, parseScores);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (!scores[i].empty() && scores[i].size() != texts[i].size() + 1)
+      throw InputError(std::string(kScript), "",
+                       fmt::format("found {} scores; expected {}", scores[i].size(), texts[i].size() + 1));
   }
-  std::vector<std::vector<NetworkWord>> heard;
-  const std::string text = readFile(answers);
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    heard.push_back(parseWords(std::string_view(text).substr(at, end - at)));
-    at = end + 1;
-  }
-  if (heard.size() != sounds.size()) {
-    throw InputError(std::string(kScript), "",
-                     fmt::format("found {} answers; expected {}", heard.size(), sounds.size()));
-  }
-  return heard;
+  return scores;
 }
 
 }  // namespace mouthpiece

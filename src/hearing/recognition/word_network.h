@@ -23,4 +23,16 @@ bool hasWordNetwork(const std::filesystem::path& folder);
 std::vector<std::vector<NetworkWord>> hearWords(const std::filesystem::path& folder,
                                                 std::span<const std::span<const std::int16_t>> sounds);
 
+/// How likely a network finds a word of a text where it stands, natural logarithms: of its probability, and of that
+/// over the likeliest's in its place.
+struct WordScore {
+  double log_probability = 0, behind = 0;
+};
+
+/// Of each of `sounds`, as above, the words of its text, none of them empty or with a blank in it, and last, that
+/// nothing follows them; none where the sound is too short. Throws the same.
+std::vector<std::vector<WordScore>> scoreWords(const std::filesystem::path& folder,
+                                               std::span<const std::span<const std::int16_t>> sounds,
+                                               std::span<const std::vector<std::string>> texts);
+
 }  // namespace mouthpiece

@@ -11,6 +11,8 @@
 
 #include "audio/audio_clip.h"
 #include "base/child_process.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/recognition/network_doubt.h"
 #include "hearing/recognition/recogniser.h"
 #include "support/error_of.h"
 #include "voices/voice.h"
@@ -108,6 +110,47 @@ TEST(WordNetwork, IsBelievedBeforeACorpusWhoseLinesWereNotSaid) {
   }
 }
 
+TEST(WordNetwork, TellsHowLikelyTheWordsOfATextAre) {
+  NEEDS_NETWORK();
+  const auto sound = saidBy("flite:rms", "there is nothing good on television"),
+             number = saidBy("flite:kal16", "we have seven blue chairs");
+  const std::vector<std::int16_t> nothing;
+  const std::vector<std::vector<std::string>> texts{{"there", "is", "nothing", "good", "on", "television"},
+                                                    {"there", "is", "nothing", "wood", "on", "television"},
+                                                    {"there", "is", "nothing", "good"},
+                                                    {"we", "have", "seven", "blue", "chairs"},
+                                                    {"now"}};
+  const std::vector<std::span<const std::int16_t>> sounds{sound, sound, sound, number, nothing};
+  const auto scores = scoreWords(kNetwork, sounds, texts);
+  ASSERT_EQ(scores.size(), 5U);
+  for (const std::size_t right : {0U, 3U}) {
+    ASSERT_EQ(scores[right].size(), texts[right].size() + 1);
+    for (const WordScore& score : scores[right]) EXPECT_GT(score.behind, -2);
+  }
+  EXPECT_LT(scores[1][3].behind, scores[0][3].behind - 2) << "another word";
+  EXPECT_LT(scores[2][4].behind, scores[0][6].behind - 2) << "the text ends before the sound";
+  EXPECT_TRUE(scores[4].empty());
+}
+
+/// Lines and a voice from which no weight was learnt.
+TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
+  NEEDS_NETWORK();
+  ForcedAligner aligner;
+  const auto doubts = [&](const AudioClip& sound, const char* text, const fs::path& network) {
+    ForcedAlignment alignment = aligner.align(sound, Pronouncer().wordsOf(text), "line");
+    EXPECT_EQ(judgeByNetwork(network, sound, alignment), "");
+    return doubtsAbout(alignment);
+  };
+  const AudioClip quiet = inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 60);
+  const char* changed = "he usually walks the cat before breakfast";
+  EXPECT_EQ(doubts(quiet, changed, {}), "");
+  EXPECT_NE(doubts(quiet, changed, kNetwork).find("cat"), std::string::npos);
+  const char* said = "please leave the keys on the kitchen table";
+  const AudioClip noisy = inHiss(saidBy("flite:kal16", said), 5);
+  EXPECT_NE(doubts(noisy, said, {}), "");
+  EXPECT_EQ(doubts(noisy, said, kNetwork), "");
+}
+
 class BrokenNetwork : public testing::Test {
  protected:
   /// A folder with a program of these lines.
@@ -133,6 +176,16 @@ TEST_F(BrokenNetwork, SaysWhatIsWrong) {
         std::string("import { writeFileSync } from 'node:fs'; writeFileSync(process.argv[2], ") + answer + ");";
     EXPECT_TRUE(errorBy(script.c_str()).starts_with("hear_words.mjs")) << answer;
   }
+}
+
+TEST_F(BrokenNetwork, LeavesTheDoubtAsItWas) {
+  const AudioClip sound = inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
+  ForcedAlignment alignment =
+      ForcedAligner().align(sound, Pronouncer().wordsOf("measure every garage before you buy"), "line");
+  const std::vector<double> before = alignment.line_confidence;
+  EXPECT_TRUE(judgeByNetwork(networkOf("process.exit(3);"), sound, alignment)
+                  .starts_with("the network that hears words was not heard (hear_words.mjs: failed"));
+  EXPECT_EQ(alignment.line_confidence, before);
 }
 
 TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
