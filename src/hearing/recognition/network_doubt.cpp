@@ -139,8 +139,8 @@ std::string judgeByNetwork(const std::filesystem::path& network, const AudioClip
       word_odds.push_back(believedOdds(alignment.confidence[word]));
       alignment.confidence[word] = confidenceOf(oddsOfWord(word_odds.back(), scores[i][word - lines[i].first]));
     }
-    const double odds =
-        oddsOfLine(believedOdds(alignment.line_confidence[lines[i].first]), word_odds, scores[i], surroundingsOf(sounds[i]));
+    const double odds = oddsOfLine(believedOdds(alignment.line_confidence[lines[i].first]), word_odds, scores[i],
+                                   surroundingsOf(sounds[i]));
     std::fill(alignment.line_confidence.begin() + signedIndex(lines[i].first),
               alignment.line_confidence.begin() + signedIndex(lines[i].end), confidenceOf(odds));
   }
