@@ -1,3 +1,4 @@
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -53,11 +54,10 @@ class SincKernel {
 float weightedSum(std::span<const float> samples, std::int64_t first, const std::vector<float>& weights) {
   const std::int64_t begin = std::max<std::int64_t>(0, -first);
   const std::int64_t end = std::min<std::int64_t>(std::ssize(weights), std::ssize(samples) - first);
-  double sum = 0;
-  for (std::int64_t i = begin; i < end; ++i) {
-    sum += double{samples[unsignedIndex(first + i)]} * weights[unsignedIndex(i)];
-  }
-  return asFloat(std::clamp(sum, -1.0, 1.0));
+  if (end <= begin) return 0;
+  const Eigen::Map<const Eigen::VectorXf> heard(&samples[unsignedIndex(first + begin)], end - begin);
+  const Eigen::Map<const Eigen::VectorXf> by(&weights[unsignedIndex(begin)], end - begin);
+  return std::clamp(heard.dot(by), -1.0F, 1.0F);
 }
 
 /// From one rate to another: which input samples an output sample is made of, and how.

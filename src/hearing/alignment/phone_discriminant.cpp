@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "base/errors.h"
 #include "base/index.h"
 
 namespace mouthpiece {
@@ -142,9 +144,15 @@ PhoneDiscriminant::PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::
   projection_ = directions.transpose().cast<float>();
   offset_ = -(directions.transpose() * centre).cast<float>();
   class_means_ = (projection_ * raw.means.cast<float>()).colwise() + offset_;
-  usual_distance_ = distanceOf((projection_ * frames).colwise() + offset_);
-  // And their discriminants.
-  const Spread own = spreadOf(withProducts((projection_ * frames).colwise() + offset_), classes, count);
+  learnt_from_ = (projection_ * frames).colwise() + offset_;
+  usual_distance_ = distanceOf(learnt_from_);
+  learnt_classes_ = std::move(classes);
+}
+
+void PhoneDiscriminant::learnRatios() {
+  if (learnt_classes_.empty()) return;
+  const Spread own =
+      spreadOf(withProducts(std::exchange(learnt_from_, {})), std::exchange(learnt_classes_, {}), std::ssize(rows_));
   const Eigen::LLT<Eigen::MatrixXd> metric(own.within);
   const Eigen::MatrixXd slopes = metric.solve(own.means);
   slopes_ = slopes.transpose().cast<float>();
@@ -167,6 +175,7 @@ double PhoneDiscriminant::strangenessOf(const Eigen::MatrixXf& features) const {
 Eigen::MatrixXf PhoneDiscriminant::logRatios(const Eigen::MatrixXf& features) const {
   Eigen::MatrixXf ratios = Eigen::MatrixXf::Zero(row_count_, features.cols());
   if (isEmpty() || features.cols() == 0) return ratios;
+  MOUTHPIECE_EXPECT(learnt_classes_.empty());
   const Eigen::MatrixXf directions = withProducts((projection_ * stacked(features)).colwise() + offset_);
   const Eigen::MatrixXf odds = kAlike * ((slopes_ * directions).colwise() + constants_);
   for (Eigen::Index t = 0; t < odds.cols(); ++t) {

@@ -25,10 +25,14 @@ class PhoneDiscriminant {
   /// nothing is known.
   [[nodiscard]] double strangenessOf(const Eigen::MatrixXf& features) const;
 
-  [[nodiscard]] bool isEmpty() const { return slopes_.size() == 0; }
+  /// Learns what logRatios() needs and strangenessOf() does not, which takes the most time. The second time nothing.
+  void learnRatios();
+
+  [[nodiscard]] bool isEmpty() const { return projection_.size() == 0; }
 
   /// (kParts * codebooks) x frames, entry part * codebooks + codebook: the logarithm of how much likelier the frame is
   /// in that part of that phone than anywhere, scaled as PhoneLoop takes it; 0 for phones that he was not heard to say.
+  /// learnRatios() comes first.
   [[nodiscard]] Eigen::MatrixXf logRatios(const Eigen::MatrixXf& features) const;
 
  private:
@@ -41,10 +45,12 @@ class PhoneDiscriminant {
 
   Eigen::MatrixXf projection_;  ///< directions that part the phones x stacked features
   Eigen::VectorXf offset_;
-  Eigen::MatrixXf class_means_;  ///< along the directions
-  double usual_distance_ = 1;    ///< squared, to the nearest of them
-  Eigen::MatrixXf slopes_;       ///< classes x directions and their products
-  Eigen::VectorXf constants_;    ///< of the classes
+  Eigen::MatrixXf class_means_;               ///< along the directions
+  double usual_distance_ = 1;                 ///< squared, to the nearest of them
+  Eigen::MatrixXf learnt_from_;               ///< frames along the directions, until learnRatios()
+  std::vector<Eigen::Index> learnt_classes_;  ///< theirs
+  Eigen::MatrixXf slopes_;                    ///< classes x directions and their products
+  Eigen::VectorXf constants_;                 ///< of the classes
   Eigen::VectorXf log_priors_;
   std::vector<Eigen::Index> rows_;  ///< of the classes
   Eigen::Index row_count_ = 0;

@@ -144,7 +144,7 @@ Eigen::ArrayXf PhoneEar::State::firstMean() {
   return (sum / frames).cast<float>();
 }
 
-void PhoneEar::learn(std::span<const LabelledSound> sounds) {
+void PhoneEar::learn(std::span<const LabelledSound> sounds, bool at_once) {
   constexpr std::size_t kMeanOf = 10;
   std::vector<SpeakerFrames> heard;
   const TiedModel& model = state_->decoder.scorer().model();
@@ -169,6 +169,7 @@ void PhoneEar::learn(std::span<const LabelledSound> sounds) {
   if (heard.empty()) return;
   state_->of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
   state_->discriminant = PhoneDiscriminant(heard, model.codebooks.size());
+  if (at_once) state_->discriminant.learnRatios();
 }
 
 void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches) {
@@ -201,6 +202,7 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
                         fitOf(scorer.model(), state_->of_recording(features)) + state_->of_recording.logStretch() >
                             fitOf(scorer.model(), features);
   if (!state_->is_speaker) return state_->loop.posteriors(scorer, voice()(features));
+  state_->discriminant.learnRatios();
   return state_->loop.posteriors(scorer, features, state_->discriminant.logRatios(features));
 }
 

@@ -33,8 +33,9 @@ class PhoneEar {
   ~PhoneEar();
 
   /// Learns how one speaker says his phones, from sounds of his. What sounds like him (fitOf) is heard so from then on;
-  /// a sound that goes on is taken to be his.
-  void learn(std::span<const LabelledSound> sounds);
+  /// a sound that goes on is taken to be his. What tells his phones apart is learnt when he is first heard, or
+  /// `at_once`: a sound that goes on cannot wait.
+  void learn(std::span<const LabelledSound> sounds, bool at_once = false);
 
   /// Learns the voice of one recording from stretches of it, whatever they say, in place of the voice before: what is
   /// not the learnt speaker's is heard by it from then on, where that is likelier. Of no stretches: no voice is known.

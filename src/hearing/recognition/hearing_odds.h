@@ -21,9 +21,8 @@ inline double oddsOfNetworkWords(double believed, double sure) { return -1.07 - 
 inline double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
 inline double oddsOfNetworkWord(double believed, double sure) { return -0.911 - 0.344 * believed - 1.619 * sure; }
 inline constexpr double kWordDoubted = 0.405;  // 1.5 to 1
-/// Where the network's words are less likely wrong than the first PocketSphinx' are not asked for, which are taken
-/// where theirs are the lower odds by the second; words that are more likely wrong than the third tell less than
-/// phones. An ear that knows the speaker hears phones better than words that are more likely wrong than the last.
-inline constexpr double kNetworkSure = -1.5, kSearchBetter = 1.5, kNetworkUnlikely = 3, kNetworkTrusted = -1;
+/// Words of the network that are more likely wrong than the first tell less than phones. An ear that knows the speaker
+/// hears phones better than words that are more likely wrong than the second.
+inline constexpr double kNetworkUnlikely = 3, kNetworkTrusted = -1;
 
 }  // namespace mouthpiece

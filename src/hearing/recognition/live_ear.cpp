@@ -100,7 +100,7 @@ struct LiveEar::State {
                            kMostSettles + kLastPhones) -
                 kLastPhones),
         hears_again(speaker.empty() || look_ahead >= kHeardAgainWithin) {
-    if (!speaker.empty()) ear.learn(speaker);
+    if (!speaker.empty()) ear.learn(speaker, true);
   }
 
   void hearFrames(std::span<const std::int16_t> samples);

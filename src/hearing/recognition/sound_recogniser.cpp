@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
@@ -45,6 +46,8 @@ constexpr std::size_t kMostNamed = 12;  // words in a warning, or stretches
 constexpr Seconds kLeastDoubted = 0.5;
 /// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
 constexpr double kLeastInOrder = 0.8;
+/// Where a network's words are in less of such order, the lines are not looked for.
+constexpr double kLeastNearOrder = 0.15;
 /// A network hears words by those around them, so that stretches are heard together across such a pause.
 constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
 /// What it gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
@@ -95,15 +98,12 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
-    if (!options_.speaker.empty()) ear_.learn(options_.speaker);
-    options_.speaker.clear();
     if (options_.as == HearAs::kPhones) return;
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
       return;
     }
     pronouncer_.emplace(options_.lexicon, language_);
-    search_.emplace(language_);
     aligner_.emplace(std::filesystem::path(), language_);
     readBook();
   }
@@ -112,14 +112,17 @@ class SoundRecogniser : public Recogniser {
 
  private:
   void readBook();
-  void addLine(PhraseBook& book, std::string_view line) const;
+  void addLine(std::string_view line);
+  /// PocketSphinx, from when it is first asked.
+  WordSearch& search();
+  /// Whether the book's lines may be said, by the network's words where it heard some.
+  [[nodiscard]] bool isOfBook(const std::vector<NetworkWord>& by_network) const;
   /// The share of the pairs of words that follow each other in the book's lines, too; where a line begins is one.
   [[nodiscard]] double inOrder(const std::vector<std::string>& words) const;
   /// The logarithm of the odds that much of the book's words is wrong, against a network's: a hint's words are meant,
   /// and of the corpus' speaker those that follow each other as in its lines.
   [[nodiscard]] double oddsOfBook(const WordsHeard& words, const PhonesFit& phones, double in_order) const;
-  std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
-                                    const Eigen::MatrixXf& posteriors);
+  std::optional<WordsHeard> wordsAs(std::string_view text, const AudioClip& clip, const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
   [[nodiscard]] PhonesFit fitOfPhones(const Eigen::MatrixXf& posteriors) const;
   /// Whether words of a model are taken, not the phones that are heard without them.
@@ -128,10 +131,6 @@ class SoundRecogniser : public Recogniser {
                                           const Eigen::MatrixXf& posteriors);
   std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const AudioClip& clip,
                                            const Eigen::MatrixXf& posteriors);
-  /// Of both those that are less likely wrong.
-  std::optional<ModelWords> wordsByModels(std::span<const std::int16_t> samples,
-                                          const std::vector<NetworkWord>& by_network, const AudioClip& clip,
-                                          const Eigen::MatrixXf& posteriors);
   /// The network's words of each stretch; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      HeardSpeech& heard) const;
@@ -151,39 +150,62 @@ class SoundRecogniser : public Recogniser {
   std::optional<Pronouncer> pronouncer_;
   std::optional<WordSearch> search_;
   std::optional<ForcedAligner> aligner_;
-  bool has_book_ = false;
+  PhraseBook book_;                                        ///< the hint and the known lines
   std::set<std::pair<std::string, std::string>> follows_;  ///< words that follow each other in the book's lines
 };
 
-void SoundRecogniser::addLine(PhraseBook& book, std::string_view line) const {
+WordSearch& SoundRecogniser::search() {
+  if (!search_) {
+    search_.emplace(language_);
+    search_->setBook(book_);
+  }
+  return *search_;
+}
+
+void SoundRecogniser::addLine(std::string_view line) {
   std::vector<std::string> words;
   for (const TranscriptWord& word : pronouncer_->wordsOf(line)) {
-    std::string text = word.text;
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    book.more.push_back({text, word.ways.front().phones});
+    std::string text = lowerCase(word.text);
+    book_.more.push_back({text, word.ways.front().phones});
     words.push_back(std::move(text));
   }
-  book.lines.push_back(std::move(words));
+  book_.lines.push_back(std::move(words));
 }
 
 void SoundRecogniser::readBook() {
   if (options_.hint.size() > kMostHintBytes)
     throw InputError("hint", "", fmt::format("has {} bytes; expected at most 64 KiB", options_.hint.size()));
-  PhraseBook book;
-  if (!options_.hint.empty()) addLine(book, options_.hint);
+  if (!options_.hint.empty()) addLine(options_.hint);
   for (const std::string& line : options_.known) {
     try {
-      addLine(book, line);
+      addLine(line);
     } catch (const InputError&) {  // a line that cannot be said is none that is said again
     }
   }
-  has_book_ = !book.lines.empty();
-  for (const std::vector<std::string>& line : book.lines) {
+  for (const std::vector<std::string>& line : book_.lines) {
     std::string before;
     for (const std::string& word : line) follows_.emplace(std::exchange(before, word), word);
   }
-  search_->setBook(book);
+}
+
+std::string textOf(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); }
+
+std::string textOf(const std::vector<NetworkWord>& words) {
+  std::string text;
+  for (const NetworkWord& word : words) text += (text.empty() ? "" : " ") + word.text;
+  return text;
+}
+
+bool SoundRecogniser::isOfBook(const std::vector<NetworkWord>& by_network) const {
+  if (book_.lines.empty()) return false;
+  if (!options_.hint.empty() || ear_.knowsSpeaker() || by_network.empty()) return true;
+  std::vector<std::string> words;
+  try {
+    for (const TranscriptWord& word : pronouncer_->wordsOf(textOf(by_network))) words.push_back(lowerCase(word.text));
+  } catch (const InputError&) {  // nothing that can be said
+    return true;
+  }
+  return inOrder(words) >= kLeastNearOrder;
 }
 
 double SoundRecogniser::inOrder(const std::vector<std::string>& words) const {
@@ -209,11 +231,9 @@ double SoundRecogniser::fitOf(Phone phone, const TimeSpan& span, const Eigen::Ma
       .mean();
 }
 
-std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
+std::optional<WordsHeard> SoundRecogniser::wordsAs(std::string_view text, const AudioClip& clip,
                                                    const Eigen::MatrixXf& posteriors) {
-  if (words.empty()) return std::nullopt;
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  if (text.empty()) return std::nullopt;
   WordsHeard heard;
   try {
     heard.alignment = aligner_->align(clip, pronouncer_->wordsOf(text), "stretch");
@@ -335,7 +355,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
     all.odds_s += length * odds;
     if (odds > 0 && phones.heard_s >= kLeastDoubted) all.doubted.push_back({start, start + length});
   };
-  if (!search_) {
+  if (!pronouncer_) {
     doubt(oddsOfPhones(phones.fit, phones.heard_s / length));
     return collectPhones(posteriors, nullptr, start, all);
   }
@@ -344,15 +364,16 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<WordsHeard> best;
   std::optional<ModelWords> found;
   double in_order = 0;
-  if (has_book_) {
-    const std::vector<std::string> words = search_->hearBook(samples, ear_.voice());
+  if (isOfBook(by_network)) {
+    const std::vector<std::string> words = search().hearBook(samples, ear_.voice());
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
     in_order = inOrder(words);
     const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || in_order >= kLeastInOrder;
-    if (may_be) best = wordsAs(words, clip, posteriors);
+    if (may_be) best = wordsAs(textOf(words), clip, posteriors);
   }
   if (!best || best->fit < kSurelyFits) {
-    std::optional<ModelWords> any = wordsByModels(samples, by_network, clip, posteriors);
+    std::optional<ModelWords> any = wordsByNetwork(by_network, clip, posteriors);
+    if (!any) any = wordsBySearch(samples, clip, posteriors);
     if (any && (!best || any->heard.fit > kBookBonus * best->fit ||
                 (any->by_network && any->odds < oddsOfBook(*best, phones, in_order)))) {
       best = any->heard;
@@ -378,8 +399,8 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
 
 std::optional<ModelWords> SoundRecogniser::wordsBySearch(std::span<const std::int16_t> samples, const AudioClip& clip,
                                                          const Eigen::MatrixXf& posteriors) {
-  const FoundWords found = search_->hear(samples, ear_.voice());
-  std::optional<WordsHeard> heard = wordsAs(found.words, clip, posteriors);
+  const FoundWords found = search().hear(samples, ear_.voice());
+  std::optional<WordsHeard> heard = wordsAs(textOf(found.words), clip, posteriors);
   if (!heard) return std::nullopt;
   const double rivals = std::accumulate(found.rivals.begin(), found.rivals.end(), 0.0) / asReal(found.rivals.size());
   ModelWords words{.heard = std::move(*heard), .odds = 0, .word_odds = {}};
@@ -392,13 +413,9 @@ std::optional<ModelWords> SoundRecogniser::wordsBySearch(std::span<const std::in
 
 std::optional<ModelWords> SoundRecogniser::wordsByNetwork(const std::vector<NetworkWord>& words, const AudioClip& clip,
                                                           const Eigen::MatrixXf& posteriors) {
-  std::vector<std::string> texts;
   double sure = 0;
-  for (const NetworkWord& word : words) {
-    texts.push_back(word.text);
-    sure += word.log_probability / asReal(words.size());
-  }
-  std::optional<WordsHeard> heard = wordsAs(texts, clip, posteriors);
+  for (const NetworkWord& word : words) sure += word.log_probability / asReal(words.size());
+  std::optional<WordsHeard> heard = wordsAs(textOf(words), clip, posteriors);
   if (!heard) return std::nullopt;
   ModelWords found{.heard = std::move(*heard), .odds = 0, .word_odds = {}, .by_network = true};
   found.odds = oddsOfNetworkWords(found.heard.word_odds, sure);
@@ -406,15 +423,6 @@ std::optional<ModelWords> SoundRecogniser::wordsByNetwork(const std::vector<Netw
   for (std::size_t i = 0; i < confidence.size() && confidence.size() == words.size(); ++i)
     found.word_odds.push_back(oddsOfNetworkWord(oddsOf(confidence[i]), words[i].log_probability));
   return found;
-}
-
-std::optional<ModelWords> SoundRecogniser::wordsByModels(std::span<const std::int16_t> samples,
-                                                         const std::vector<NetworkWord>& by_network,
-                                                         const AudioClip& clip, const Eigen::MatrixXf& posteriors) {
-  std::optional<ModelWords> network = wordsByNetwork(by_network, clip, posteriors);
-  if (network && network->odds < kNetworkSure) return network;
-  std::optional<ModelWords> search = wordsBySearch(samples, clip, posteriors);
-  return network && (!search || network->odds <= search->odds + kSearchBetter) ? network : search;
 }
 
 void SoundRecogniser::doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard& words,
@@ -496,7 +504,7 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
-  const bool has_network = search_ && hasWordNetwork(options_.word_network);
+  const bool has_network = pronouncer_ && hasWordNetwork(options_.word_network);
   const auto samplesOf = [&](const TimeSpan& span) {
     const auto first = std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, span.start) * kEarRateHz));
     const auto end = std::min(samples.size(), static_cast<std::size_t>(span.end * kEarRateHz));
@@ -518,6 +526,7 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   std::future<std::vector<std::vector<NetworkWord>>> network;
   if (has_network && !said.empty())
     network = std::async(std::launch::async, [&] { return networkWords(with_margins, heard); });
+  ear_.learn(std::exchange(options_.speaker, {}));
   ear_.adaptTo(said);
   const std::vector<std::vector<NetworkWord>> by_network =
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());

@@ -59,7 +59,8 @@ double foundShare(const PhoneDiscriminant& discriminant, const std::vector<Speak
 }
 
 TEST(PhoneDiscriminant, TellsPhonesOfSoundsThatItHasNotHeard) {
-  const PhoneDiscriminant discriminant(soundsOf(1), kCodebooks);
+  PhoneDiscriminant discriminant(soundsOf(1), kCodebooks);
+  discriminant.learnRatios();
   const std::vector<SpeakerFrames> others = soundsOf(2);
   for (const std::size_t phone : {0U, 1U}) EXPECT_GT(foundShare(discriminant, others, phone), 0.9) << phone;
   // By products alone; one in four would be chance.
@@ -69,7 +70,11 @@ TEST(PhoneDiscriminant, TellsPhonesOfSoundsThatItHasNotHeard) {
 /// What he was not heard to say is neither likelier nor less likely.
 TEST(PhoneDiscriminant, SaysNothingOfPhonesNotHeard) {
   const std::vector<SpeakerFrames> sounds = soundsOf(1);
-  const Eigen::MatrixXf ratios = PhoneDiscriminant(sounds, kCodebooks).logRatios(sounds.front().features);
+  PhoneDiscriminant discriminant(sounds, kCodebooks);
+  discriminant.learnRatios();
+  const Eigen::MatrixXf ratios = discriminant.logRatios(sounds.front().features);
+  discriminant.learnRatios();  // a second time nothing is learnt
+  EXPECT_EQ(discriminant.logRatios(sounds.front().features), ratios);
   for (Eigen::Index part = 0; part < PhoneDiscriminant::kParts; ++part)
     EXPECT_TRUE(ratios.row(part * signedIndex(kCodebooks) + 4).isZero());
 }
