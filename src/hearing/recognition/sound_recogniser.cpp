@@ -373,7 +373,10 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   }
   if (!best || best->fit < kSurelyFits) {
     std::optional<ModelWords> any = wordsByNetwork(by_network, clip, posteriors);
-    if (!any) any = wordsBySearch(samples, clip, posteriors);
+    if (!any || any->odds >= kNetworkUnlikely) {  // they would not be taken
+      std::optional<ModelWords> searched = wordsBySearch(samples, clip, posteriors);
+      if (!any || (searched && searched->odds < any->odds)) any = std::move(searched);
+    }
     if (any && (!best || any->heard.fit > kBookBonus * best->fit ||
                 (any->by_network && any->odds < oddsOfBook(*best, phones, in_order)))) {
       best = any->heard;

@@ -41,8 +41,9 @@ class WordSearch {
   /// The likeliest words of the language in a sound of 16 kHz, by its language model. `voice`: of who says them.
   FoundWords hear(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
-  /// The likeliest words of a book. Kept for hearIn().
+  /// What hearBook() hears by.
   void setBook(const PhraseBook& book);
+  /// The likeliest words of the book.
   std::vector<std::string> hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
  private:
