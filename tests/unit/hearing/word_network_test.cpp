@@ -201,6 +201,17 @@ TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
       << heard.warnings[0];
 }
 
+/// Words that nobody said and of which the network is not sure are not taken, but PocketSphinx' are.
+TEST_F(BrokenNetwork, HeardSomethingElse) {
+  const AudioClip sound = inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
+  const auto hear = [&](const fs::path& network) {
+    return makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = network})->hear(sound, "line").text;
+  };
+  EXPECT_EQ(hear(networkOf("import { writeFileSync } from 'node:fs'; writeFileSync(process.argv[2], "
+                           "'[{\"text\":\"goodbye\",\"log_probability\":-5}]\\n');")),
+            hear({}));
+}
+
 TEST(WordNetwork, IsNotThereWithoutItsProgramOrNode) {
   EXPECT_FALSE(hasWordNetwork({}));
   EXPECT_FALSE(hasWordNetwork("/nowhere"));
