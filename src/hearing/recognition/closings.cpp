@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "base/index.h"
-#include "hearing/alignment/phone_ear.h"
 
 namespace mouthpiece {
 namespace {
@@ -70,18 +69,18 @@ void putClosing(LabelledPhone closing, double fit, std::vector<LabelledPhone>& p
 
 }  // namespace
 
-void keepClosings(const Eigen::MatrixXf& posteriors, const Eigen::MatrixXf& likeness,
-                  std::vector<LabelledPhone>& phones, std::vector<double>& fits) {
+void keepClosings(const StretchHearing& hearing, std::vector<LabelledPhone>& phones, std::vector<double>& fits) {
   constexpr Seconds kAtOnce = 0.02;
-  for (const HeardPhone& heard : likeliestPhones(posteriors, likeness, kFurtherPhone)) {
+  for (const HeardPhone& heard : hearing.row()) {
     if (!isBilabial(heard.phone)) continue;
     double share = 0;
     for (const Phone lips : {Phone::kP, Phone::kB, Phone::kM}) {
-      share += double{posteriors.row(static_cast<Eigen::Index>(lips))
+      share += double{hearing.posteriors()
+                          .row(static_cast<Eigen::Index>(lips))
                           .segment(signedIndex(heard.first), signedIndex(heard.end - heard.first))
                           .mean()};
     }
-    const TimeSpan span{asReal(heard.first) * kEarStep + kEarShift, asReal(heard.end) * kEarStep + kEarShift};
+    const TimeSpan span = spanOf(heard);
     const bool is_there = std::any_of(phones.begin(), phones.end(), [&](const LabelledPhone& phone) {
       return isBilabial(phone.phone) && phone.span.start < span.end + kAtOnce && phone.span.end > span.start - kAtOnce;
     });

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hearing/recognition/recogniser.h"
+
+namespace mouthpiece {
+
+/// Phones and words on the clock of a whole sound, as its stretches are heard one after the other, and what of them is
+/// doubtful.
+class CollectedSpeech {
+ public:
+  /// `confidence`: 0 to 1.
+  void addPhone(const PhoneSegment& phone, double confidence);
+  /// Returns its number, for PhoneSegment::word.
+  std::size_t addWord(std::string text);
+  /// A stretch, and the logarithm of the odds that much of it is heard wrongly. `heard_for`: how much of it is speech;
+  /// a click counts, but is not named.
+  void addStretch(const TimeSpan& stretch, double odds, Seconds heard_for);
+  /// What is to be named beside the stretches: a place, and a word.
+  void doubt(const TimeSpan& place) { doubted_.push_back(place); }
+  void doubtWord(std::string_view word, Seconds start);
+
+  /// Labels, confidences, text and warnings of all that was added, into `heard`, whose stretches and warnings are kept.
+  /// `words_wanted`: phones without words are told. Throws InputError, named `name`, where nothing was added.
+  void finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted, HeardSpeech& heard);
+
+ private:
+  void warn(bool words_wanted, HeardSpeech& heard) const;
+  [[nodiscard]] std::string doubts() const;
+
+  std::vector<PhoneSegment> segments_;
+  std::vector<double> confidence_;  ///< of each segment
+  std::vector<std::string> words_;
+  std::vector<std::string> doubtful_;  ///< words with their times
+  std::vector<TimeSpan> doubted_;      ///< places
+  double stretch_s_ = 0, odds_s_ = 0;  ///< sums over stretches; the odds times how long each is
+};
+
+}  // namespace mouthpiece
