@@ -134,18 +134,16 @@ double spreadOf(std::span<const double> db, double share) {
 /// The median, since a chord sets in once.
 double usualSpread(std::span<const double> db) { return spreadOf(db, 0.5); }
 
-/// Of the band that changes the most: its usualSpread(), and that of its least steady second.
-struct BandSpread {
-  double usual = 0, most = 0;
-};
+/// Levels of the bands every 10 ms, in dB, as long as there are samples for their window.
+using BandLevels = std::array<std::vector<double>, kBandsHz.size() - 1>;
 
-BandSpread spreadOfBands(std::span<const std::int16_t> samples) {
+BandLevels bandLevels(std::span<const std::int16_t> samples) {
   constexpr std::size_t kWindow = 400, kTransform = 512;
   constexpr double kBinHz = 16000.0 / kTransform, kLeastPower = 0.1;
   Eigen::FFT<double> transform;
   std::vector<double> frame(kTransform, 0.0);
   std::vector<std::complex<double>> spectrum;
-  std::array<std::vector<double>, kBandsHz.size() - 1> db;
+  BandLevels db;
   for (std::size_t at = 0; at + kWindow <= samples.size(); at += kLevelFrame) {
     for (std::size_t i = 0; i < kWindow; ++i)
       frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(i) / kWindow));
@@ -158,12 +156,70 @@ BandSpread spreadOfBands(std::span<const std::int16_t> samples) {
       db[band].push_back(10 * std::log10(power / (asReal(end - first) * kWindow) + kLeastPower));
     }
   }
+  return db;
+}
+
+/// Of the band that changes the most: its usualSpread(), and that of its least steady second.
+struct BandSpread {
+  double usual = 0, most = 0;
+};
+
+BandSpread spreadOfBands(std::span<const std::int16_t> samples) {
   BandSpread largest;
-  for (const std::vector<double>& levels : db) {
+  for (const std::vector<double>& levels : bandLevels(samples)) {
     largest.usual = std::max(largest.usual, usualSpread(levels));
     largest.most = std::max(largest.most, spreadOf(levels, 1));
   }
   return largest;
+}
+
+/// How many frames follow `end` (`step` 1) or come before it (-1) that still are `over`, none farther from the last one
+/// than kNearby, kMost at most.
+std::size_t goesOn(const std::vector<bool>& over, std::size_t end, int step) {
+  constexpr std::size_t kNearby = 20, kMost = 150;
+  std::size_t frames = 0;
+  for (std::size_t i = 1; i <= std::min(frames + kNearby, kMost); ++i) {
+    const std::size_t at = step > 0 ? end + i - 1 : end - i;
+    if (at >= over.size()) break;  // an end of the sound
+    if (over[at]) frames = i;
+  }
+  return frames;
+}
+
+/// Speech that begins or ends quietly in a steady noise is less than that as a whole, but more in some band: a run goes
+/// on where a band stays over its background by kOver times what the background changes by.
+void widenInNoise(std::vector<Frames>& runs, const std::vector<double>& db, std::span<const std::int16_t> samples) {
+  constexpr double kNoisyDb = 25, kOver = 4, kLeastChangeDb = 0.4;
+  constexpr std::size_t kMean = 5, kLeastFrames = 30;  // on either side; of background
+  if (runs.empty() || quantile(db, 0.95) - quantile(db, 0.05) > kNoisyDb) return;
+  std::vector<bool> is_background(db.size(), true), over(db.size(), false);
+  for (const Frames& run : runs) {
+    for (std::size_t i = run.first - std::min(run.first, kMarginFrames);
+         i < std::min(db.size(), run.end + kMarginFrames); ++i)
+      is_background[i] = false;
+  }
+  for (const std::vector<double>& levels : bandLevels(samples)) {
+    std::vector<double> means(levels.size()), background;
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      const std::size_t from = i - std::min(i, kMean), to = std::min(levels.size(), i + kMean + 1);
+      for (std::size_t at = from; at < to; ++at) means[i] += levels[at] / asReal(to - from);
+      if (is_background[i]) background.push_back(means[i]);
+    }
+    if (background.size() < kLeastFrames) return;
+    const double usual = quantile(background, 0.5);
+    const double change = std::max(kLeastChangeDb, usual - quantile(background, 0.16));
+    for (std::size_t i = 0; i < means.size(); ++i) over[i] = over[i] || means[i] > usual + kOver * change;
+  }
+  std::vector<Frames> wider;
+  for (const Frames& run : runs) {
+    const Frames all{run.first - goesOn(over, run.first, -1), run.end + goesOn(over, run.end, 1)};
+    if (!wider.empty() && all.first < wider.back().end + kPauseFrames) {
+      wider.back().end = std::max(wider.back().end, all.end);
+    } else {
+      wider.push_back(all);
+    }
+  }
+  runs = std::move(wider);
 }
 
 /// What a run is; its span is left open.
@@ -185,7 +241,9 @@ SoundStretch judged(const Frames& run, const std::vector<double>& db, std::span<
 std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
   const std::vector<double> db = speechLevelsDb(samples);
   std::vector<Frames> parts;
-  for (const Frames& run : runsOf(loudFrames(db))) addInParts(parts, run, db);
+  std::vector<Frames> runs = runsOf(loudFrames(db));
+  widenInNoise(runs, db, samples);
+  for (const Frames& run : runs) addInParts(parts, run, db);
   std::vector<SoundStretch> stretches;
   const Seconds duration = asReal(samples.size()) / 16000;
   for (std::size_t i = 0; i < parts.size(); ++i) {

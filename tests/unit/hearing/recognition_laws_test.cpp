@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "hearing/recognition/known_lines.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/times_file.h"
 
@@ -123,6 +124,10 @@ class MadeUpSound {
     std::normal_distribution<double> any(0, level);
     eachSample(from, to, [&](Seconds) { return any(random_); });
   }
+  /// Low, and far below a hiss of 400 over all bands.
+  void murmur(Seconds from, Seconds to) {
+    eachSample(from, to, [](Seconds t) { return 300 * std::sin(2 * std::numbers::pi * 300 * t); });
+  }
   void chord(Seconds from, Seconds to) {
     eachSample(from, to, [](Seconds t) {
       double sum = 0;
@@ -188,6 +193,25 @@ TEST(FindSpeech, PausesOfAThirdOfASecondPartAndShorterOnesDoNot) {
   }
 }
 
+TEST(FindSpeech, GoesOnWhereSpeechIsLessThanASteadyNoiseButNotInItsBand) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    MadeUpSound sound(seed, 8);
+    sound.hiss(0, 8, 400);
+    sound.speak(2, 4);
+    const std::vector<SoundStretch> plain = findSpeech(sound.samples());
+    ASSERT_EQ(plain.size(), 1U);
+    EXPECT_GT(plain[0].span.start, 1.7) << "of noise no more than before";
+    EXPECT_LT(plain[0].span.end, 4.3);
+    sound.murmur(1.3, 2);
+    sound.murmur(4, 4.7);
+    const std::vector<SoundStretch> found = findSpeech(sound.samples());
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NEAR(found[0].span.start, 1.3, 0.25);
+    EXPECT_NEAR(found[0].span.end, 4.7, 0.25);
+  }
+}
+
 TEST(FindSpeech, TellsSteadyNoiseAndChordsFromSpeech) {
   MadeUpSound sound(4, 14);
   sound.hiss(1, 4);
@@ -225,6 +249,15 @@ TEST(FindSpeech, SilenceHoldsNothing) {
   EXPECT_TRUE(findSpeech({}).empty());
   EXPECT_TRUE(findSpeech(std::vector<std::int16_t>(kRate)).empty());
   EXPECT_TRUE(findSpeech(MadeUpSound(6, 3).samples(0.1)).empty()) << "less than a step of its samples";
+}
+
+TEST(KnownLines, TellHowMuchOfWhatIsHeardIsInTheirOrder) {
+  const KnownLines lines("the time is now", {"\x01", "a cold night"}, Pronouncer());
+  EXPECT_EQ(lines.book().lines.size(), 2U) << "what cannot be said is left out";
+  EXPECT_DOUBLE_EQ(lines.inOrder({"the", "time", "is", "now"}), 1);
+  EXPECT_DOUBLE_EQ(lines.inOrder({"a", "cold", "time", "is"}), 0.75);
+  EXPECT_DOUBLE_EQ(lines.inOrder({"now", "is", "the"}), 0);
+  EXPECT_DOUBLE_EQ(lines.inOrder({}), 0);
 }
 
 }  // namespace
