@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "base/unfinished.h"
 
 namespace mouthpiece {
@@ -26,7 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kKeptOutput = 16384;
+constexpr std::size_t kKeptOutput = 16384, kLongestAnswer = 1 << 20, kLongestSaid = 300;
+constexpr int kAnswers = STDERR_FILENO + 1;
 constexpr std::string_view kFolderPrefix = "mouthpiece.";
 
 class Descriptor {
@@ -45,11 +47,28 @@ class Descriptor {
   int number_;
 };
 
+/// A stream between two processes. A socket, since writing to one whose reader is gone can be told not to raise a
+/// signal.
+struct Stream {
+  /// `name`: of the program that is to have the other end.
+  explicit Stream(std::string_view name) : Stream(ends(name)) {}
+  Descriptor ours, its;
+
+ private:
+  explicit Stream(const std::array<int, 2>& ends) : ours(ends[0]), its(ends[1]) {}
+  static std::array<int, 2> ends(std::string_view name) {
+    std::array<int, 2> both{};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, both.data()) != 0)
+      throw InputError(name, "", "cannot be started: no pipe");
+    return both;
+  }
+};
+
 /// What is done in the child between fork and exec.
 class SpawnActions {
  public:
-  /// `input`: a descriptor; -1: nothing is to be read.
-  SpawnActions(const fs::path& folder, int input, int output) {
+  /// `input`: a descriptor; -1: nothing is to be read. `answers`: what becomes kAnswers; -1: nothing does.
+  SpawnActions(const fs::path& folder, int input, int output, int answers) {
     MOUTHPIECE_EXPECT(posix_spawn_file_actions_init(&actions_) == 0);
     posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
     if (input < 0) {
@@ -59,7 +78,8 @@ class SpawnActions {
     }
     posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions_, output, STDERR_FILENO);
-    posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
+    if (answers >= 0) posix_spawn_file_actions_adddup2(&actions_, answers, kAnswers);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, answers < 0 ? kAnswers : kAnswers + 1);
     MOUTHPIECE_EXPECT(posix_spawnattr_init(&attributes_) == 0);
     // A group of its own, so that its children end with it; the usual signals, whatever this process holds back.
     sigset_t none, all;
@@ -91,14 +111,14 @@ std::vector<char*> pointersTo(std::vector<std::string>& strings) {
 }
 
 pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder, int input,
-                 int output) {
+                 int output, int answers = -1) {
   std::vector<std::string> argument_strings{program.string()};
   argument_strings.insert(argument_strings.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment_strings{"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=" + folder.string(),
                                                "TMPDIR=" + folder.string(), "LC_ALL=C"};
   auto argv = pointersTo(argument_strings);
   auto environment = pointersTo(environment_strings);
-  const SpawnActions actions(folder, input, output);
+  const SpawnActions actions(folder, input, output, answers);
   pid_t child = 0;
   const int error =
       posix_spawn(&child, program.c_str(), actions.actions(), actions.attributes(), argv.data(), environment.data());
@@ -126,16 +146,29 @@ int millisecondsUntil(Clock::time_point deadline) {
   return static_cast<int>(std::clamp<long long>(left, 0, 1000));
 }
 
+Clock::time_point deadlineIn(Seconds time_limit) {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
+}
+
+/// Appends what can be read at once; false where nothing comes any more.
+bool readSome(int descriptor, std::string& text) {
+  std::array<char, 4096> block{};
+  const ssize_t taken = ::read(descriptor, block.data(), block.size());
+  if (taken == 0 || (taken < 0 && errno != EINTR)) return false;
+  if (taken > 0) text.append(block.data(), static_cast<std::size_t>(taken));
+  return true;
+}
+void keepLast(std::string& output) {
+  if (output.size() > 2 * kKeptOutput) output.erase(0, output.size() - kKeptOutput);
+}
+
 /// Reads until the child closes its output; false when the deadline came first.
 bool readUntil(int descriptor, Clock::time_point deadline, std::string& output) {
-  std::array<char, 4096> block{};
   while (Clock::now() < deadline) {
     pollfd waiting{descriptor, POLLIN, 0};
     if (::poll(&waiting, 1, millisecondsUntil(deadline)) <= 0) continue;
-    const ssize_t taken = ::read(descriptor, block.data(), block.size());
-    if (taken == 0 || (taken < 0 && errno != EINTR)) return true;
-    if (taken > 0) output.append(block.data(), static_cast<std::size_t>(taken));
-    if (output.size() > 2 * kKeptOutput) output.erase(0, output.size() - kKeptOutput);
+    if (!readSome(descriptor, output)) return true;
+    keepLast(output);
   }
   return false;
 }
@@ -170,6 +203,7 @@ class RunningChild {
     waitUntil(number_, Clock::time_point::max());
   }
   void hasEnded() { number_ = 0; }
+  [[nodiscard]] pid_t number() const { return number_; }
 
  private:
   pid_t number_;
@@ -225,33 +259,29 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
 
 ChildResult runChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
                      Seconds time_limit, const std::function<void(const ChildInput&)>& feed) {
-  std::array<int, 2> ends{}, input_ends{-1, -1};
+  std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(program.string(), "", "cannot be started: no pipe");
-  Descriptor read_end(ends[0]);
-  Descriptor write_end(ends[1]);
-  // A socket, since writing to one whose reader is gone can be told not to raise a signal.
-  if (feed && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, input_ends.data()) != 0)
-    throw InputError(program.string(), "", "cannot be started: no pipe");
-  Descriptor input(input_ends[0]), fed(input_ends[1]);
-  const auto deadline =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
-  const pid_t child = startChild(program, arguments, folder, fed.number(), write_end.number());
+  Descriptor read_end(ends[0]), write_end(ends[1]);
+  std::optional<Stream> input;
+  if (feed) input.emplace(program.string());
+  const auto deadline = deadlineIn(time_limit);
+  const pid_t child = startChild(program, arguments, folder, input ? input->its.number() : -1, write_end.number());
   RunningChild running(child);
   const Unfinished unfinished(child);
   write_end.close();
-  fed.close();
+  if (input) input->its.close();
   ChildResult result;
   std::exception_ptr thrown;
   std::jthread feeding;
   if (feed) {
     feeding = std::jthread([&] {
       try {
-        feed([&](std::string_view bytes) { return sendAll(input.number(), bytes); });
+        feed([&](std::string_view bytes) { return sendAll(input->ours.number(), bytes); });
       } catch (...) {
         thrown = std::current_exception();
         ::kill(-child, SIGKILL);
       }
-      input.close();
+      input->ours.close();
     });
   }
   result.timed_out = !readUntil(read_end.number(), deadline, result.output);
@@ -267,6 +297,59 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   if (thrown) std::rethrow_exception(thrown);
   result.exit_code = exit_code.value_or(127);
   return result;
+}
+
+struct AnsweringChild::Running {
+  Running(const fs::path& program, const std::vector<std::string>& arguments, std::string of)
+      : name(std::move(of)),
+        input(name),
+        output(name),
+        answers(name),
+        child(startChild(program, arguments, folder.path(), input.its.number(), output.its.number(),
+                         answers.its.number())),
+        unfinished(child.number()) {
+    for (Stream* stream : {&input, &output, &answers}) stream->its.close();
+  }
+
+  std::string name, said, answer;
+  PrivateFolder folder;
+  Stream input, output, answers;
+  RunningChild child;
+  Unfinished unfinished;
+};
+
+AnsweringChild::AnsweringChild(const fs::path& program, const std::vector<std::string>& arguments, std::string name)
+    : running_(std::make_unique<Running>(program, arguments, std::move(name))) {}
+
+AnsweringChild::~AnsweringChild() = default;
+
+std::string AnsweringChild::ask(std::string_view request, Seconds time_limit) {
+  Running& child = *running_;
+  const auto deadline = deadlineIn(time_limit);
+  const auto failed = [&] {
+    readUntil(child.output.ours.number(), std::min(deadline, deadlineIn(1)), child.said);
+    return InputError(child.name, "", fmt::format("failed: {}", printable(child.said, kLongestSaid)));
+  };
+  child.answer.clear();
+  while (!child.answer.ends_with('\n')) {
+    if (Clock::now() >= deadline) throw InputError(child.name, "", "hung");
+    std::array<pollfd, 3> waiting{{{child.answers.ours.number(), POLLIN, 0},
+                                   {child.output.ours.number(), POLLIN, 0},
+                                   {request.empty() ? -1 : child.input.ours.number(), POLLOUT, 0}}};
+    if (::poll(waiting.data(), waiting.size(), millisecondsUntil(deadline)) <= 0) continue;
+    if (waiting[2].revents != 0) {
+      const ssize_t sent =
+          ::send(child.input.ours.number(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (sent < 0 && errno != EAGAIN && errno != EINTR) throw failed();
+      request.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(sent, 0)));
+    }
+    if (waiting[1].revents != 0 && !readSome(child.output.ours.number(), child.said)) child.output.ours.close();
+    keepLast(child.said);
+    if (waiting[0].revents != 0 && !readSome(child.answers.ours.number(), child.answer)) throw failed();
+    if (child.answer.size() > kLongestAnswer) throw InputError(child.name, "", "says too much");
+  }
+  child.answer.pop_back();
+  return child.answer;
 }
 
 }  // namespace mouthpiece

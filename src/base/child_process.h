@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -49,5 +50,24 @@ using ChildInput = std::function<bool(std::string_view bytes)>;
 ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder, Seconds time_limit,
                      const std::function<void(const ChildInput&)>& feed);
+
+/// A program that answers requests: they come on its standard input, and it writes a line for each to descriptor 3. It
+/// starts as runChild()'s do, in a folder of its own, and ends with this. Not thread-safe.
+class AnsweringChild {
+ public:
+  /// `name` stands for it in messages. Throws InputError when it cannot be started.
+  AnsweringChild(const std::filesystem::path& program, const std::vector<std::string>& arguments, std::string name);
+  AnsweringChild(const AnsweringChild&) = delete;
+  AnsweringChild& operator=(const AnsweringChild&) = delete;
+  ~AnsweringChild();
+
+  /// The line that answers `request`, without its end. Throws InputError where it has ended, says more than 1 MiB, or
+  /// takes longer than `time_limit`; it is of no use after that.
+  std::string ask(std::string_view request, Seconds time_limit);
+
+ private:
+  struct Running;
+  std::unique_ptr<Running> running_;
+};
 
 }  // namespace mouthpiece

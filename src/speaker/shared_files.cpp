@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <mutex>
 
 #include "base/errors.h"
+#include "hearing/recognition/word_network.h"
 
 namespace mouthpiece {
 namespace {
@@ -50,12 +52,20 @@ fs::path corpusFile(const fs::path& named) {
   return named.empty() ? findSharedFile("sample.corpus", kMake) : named;
 }
 
-fs::path wordNetworkFolder() {
+std::shared_ptr<WordNetwork> sharedWordNetwork() {
+  static std::mutex finding;
+  static std::weak_ptr<WordNetwork> found;
+  const std::scoped_lock lock(finding);
+  std::shared_ptr<WordNetwork> network = found.lock();
+  if (network) return network;
+  fs::path folder;
   try {
-    return findSharedFile("word_network/hear_words.mjs", "").parent_path();
-  } catch (const InputError&) {
-    return {};
+    folder = findSharedFile("word_network/hear_words.mjs", "").parent_path();
+  } catch (const InputError&) {  // it is not there
   }
+  network = std::make_shared<WordNetwork>(folder);
+  found = network;
+  return network;
 }
 
 std::filesystem::path pageEngineFile() {

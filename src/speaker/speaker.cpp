@@ -131,11 +131,16 @@ struct Speaker::Data {
   std::unique_ptr<ForcedAligner> aligner;
   std::unique_ptr<Recogniser> recogniser;  ///< when the first recording without words comes; for its hint
   std::string recogniser_hint;
-  std::optional<LikelyWords> likely_words;  ///< of the corpus, when the first line comes that lacks some
-  std::vector<double> heard_confidence;     ///< of the phones of the recording that was recognised last
+  std::shared_ptr<WordNetwork> word_network;  ///< when the first of either comes
+  std::optional<LikelyWords> likely_words;    ///< of the corpus, when the first line comes that lacks some
+  std::vector<double> heard_confidence;       ///< of the phones of the recording that was recognised last
   double load_ms = 0;
   std::string edits;  ///< JSON, as the file has them
 
+  const std::shared_ptr<WordNetwork>& network() {
+    if (!word_network) word_network = sharedWordNetwork();
+    return word_network;
+  }
   SpokenLine alignRecording(const Line& line);
   SpokenLine hearRecording(const Line& line);
   SpokenLine speakOrRead(const Line& line);
@@ -170,7 +175,7 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
     giveBackMemory();
     line.audio = readAudio(source.audio);
   }
-  const std::string failure = language == &english() ? judgeByNetwork(wordNetworkFolder(), line.audio, alignment) : "";
+  const std::string failure = language == &english() ? judgeByNetwork(*network(), line.audio, alignment) : "";
   line.notice = doubtsAbout(alignment);
   if (!failure.empty()) line.notice += (line.notice.empty() ? "" : "; ") + failure;
   line.labels = std::move(alignment.labels);
@@ -193,7 +198,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
     wanted.speaker = soundsOf(corpus.data().corpus);
     wanted.lexicon = known;
     wanted.language = language;
-    wanted.word_network = wordNetworkFolder();
+    wanted.word_network = network();
     recogniser = makeRecogniser(wanted);
     recogniser_hint = source.hint;
   }

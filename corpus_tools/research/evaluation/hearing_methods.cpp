@@ -123,7 +123,7 @@ HearingErrors hearingErrors(const std::vector<std::string>& right, const std::ve
 }
 
 EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint,
-                                 const std::filesystem::path& word_network) {
+                                 const std::shared_ptr<WordNetwork>& word_network) {
   return [&scores, hint, word_network](const Corpus& corpus, const UnitDatabase& database) {
     std::vector<EvaluationMethod> methods{unitMethod("guided (labels)", database, guidedOptions())};
     std::vector<std::string> lines;

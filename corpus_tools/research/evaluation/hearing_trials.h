@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 
 namespace mouthpiece {
+
+class WordNetwork;
 
 /// A take's own words found in its sound with something under it, against where they are found in the sound alone.
 struct NoiseRow {
@@ -66,7 +69,7 @@ struct HearingScore {
 /// and phones with the corpus' lines known, with `hint` beside or nothing known, and by phones. `scores` gets a row a
 /// way and must outlive the methods. `word_network`: RecogniserOptions'. Takes need their sound.
 EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint,
-                                 const std::filesystem::path& word_network);
+                                 const std::shared_ptr<WordNetwork>& word_network);
 
 /// A table for people, and the same as JSON.
 std::string hearingTable(const std::vector<HearingScore>& scores);

@@ -1,14 +1,15 @@
 // Hears the words of sounds: Moonshine's network (N. Jeffries et al., "Moonshine: Speech Recognition for Live Transcription
-// and Voice Commands", 2024; tiny, English) by ONNX Runtime. node hear_words.mjs ANSWERS, started by word_network.cpp.
-// Standard input: for each sound how many samples it has (32 bits), then these, 16 kHz, 16 bits, all little-endian. ANSWERS
-// gets a line of JSON for each: its words, and of each the natural logarithm of its probability. node hear_words.mjs ANSWERS
-// TEXTS has a line of words for each sound; the answer is how likely each of them is after those before it, and last
-// that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place.
-import { openSync, readFileSync, readSync, writeSync } from 'node:fs';
+// and Voice Commands", 2024; tiny, English) by ONNX Runtime. node hear_words.mjs, started by word_network.cpp.
+// Standard input: for each sound how many samples it has and how many bytes its text (32 bits each), then the samples, 16
+// kHz, 16 bits, all little-endian, then the text. Descriptor 3 gets a line of JSON for each: its words, and of each the
+// natural logarithm of its probability. With a text, words between blanks, the answer is how likely each of them is after
+// those before it, and last that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place.
+import { readSync, writeSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import tokenizer from 'llama-tokenizer-js';
 import { InferenceSession, Tensor } from 'onnxruntime-node';
 
+const kAnswers = 3;
 const kRateHz = 16000;
 const kMostSeconds = 60;
 const kLeastSamples = 1600; // its first layers take no fewer
@@ -25,7 +26,7 @@ function read(count) {
   for (let at = 0; at < count;) {
     const taken = readSync(0, bytes, at, count - at);
     if (taken === 0 && at === 0) return null;
-    if (taken === 0) throw new Error('the sounds end within one');
+    if (taken === 0) throw new Error('what is sent ends within a sound');
     at += taken;
   }
   return bytes;
@@ -158,18 +159,16 @@ async function scoresOfText(samples, words) {
   }));
 }
 
-const texts = process.argv[3] && readFileSync(process.argv[3], 'utf8').split('\n').map((line) => line.split(' '));
-const answers = openSync(process.argv[2], 'w');
-for (let head = read(4); head !== null; head = read(4)) {
+async function answerTo(samples, text) {
+  if (samples.length < kLeastSamples) return [];
+  if (text !== '') return scoresOfText(samples, text.split(' '));
+  return wordsOf(await tokensOf(samples)).map(({ text, logProbability }) => ({ text, log_probability: logProbability }));
+}
+
+for (let head = read(8); head !== null; head = read(8)) {
   const count = head.readUInt32LE(0);
   if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
-  const sound = count > 0 ? read(2 * count) : null;
-  if (count > 0 && sound === null) throw new Error('the sounds end within one');
-  if (texts) {
-    const words = texts.shift();
-    writeSync(answers, JSON.stringify(count < kLeastSamples ? [] : await scoresOfText(samplesOf(sound), words)) + '\n');
-    continue;
-  }
-  const words = count < kLeastSamples ? [] : wordsOf(await tokensOf(samplesOf(sound)));
-  writeSync(answers, JSON.stringify(words.map(({ text, logProbability }) => ({ text, log_probability: logProbability }))) + '\n');
+  const sound = read(2 * count);
+  const text = read(head.readUInt32LE(4)).toString('utf8');
+  writeSync(kAnswers, JSON.stringify(await answerTo(samplesOf(sound), text)) + '\n');
 }

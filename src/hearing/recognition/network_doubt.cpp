@@ -15,7 +15,6 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/text_doubt.h"
-#include "hearing/recognition/word_network.h"
 
 namespace mouthpiece {
 namespace {
@@ -100,10 +99,10 @@ double oddsOfWord(double odds, const WordScore& score) {
 
 }  // namespace
 
-std::string judgeByNetwork(const std::filesystem::path& network, const AudioClip& audio, ForcedAlignment& alignment) {
+std::string judgeByNetwork(WordNetwork& network, const AudioClip& audio, ForcedAlignment& alignment) {
   const SpeechLabels& labels = alignment.labels;
   if (alignment.line_confidence.empty()) return {};
-  if (!hasWordNetwork(network)) return {};
+  if (!network.isThere()) return {};
   std::vector<Line> lines;
   std::vector<std::vector<std::int16_t>> sounds;
   std::vector<std::vector<std::string>> texts;
@@ -128,7 +127,7 @@ std::string judgeByNetwork(const std::filesystem::path& network, const AudioClip
   if (lines.empty()) return {};
   std::vector<std::vector<WordScore>> scores;
   try {
-    scores = scoreWords(network, std::vector<std::span<const std::int16_t>>(sounds.begin(), sounds.end()), texts);
+    scores = network.score(std::vector<std::span<const std::int16_t>>(sounds.begin(), sounds.end()), texts);
   } catch (const InputError& error) {
     return fmt::format("the network that hears words was not heard ({})", error.what());
   }

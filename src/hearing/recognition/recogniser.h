@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -9,6 +8,7 @@
 #include "audio/audio_clip.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/speech_finder.h"
+#include "hearing/recognition/word_network.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
@@ -47,8 +47,8 @@ struct RecogniserOptions {
   std::vector<LabelledSound> speaker = {};
   const Lexicon* lexicon = nullptr;  ///< kept alive by the caller
   const Language* language = &english();
-  /// With the network that hears English words (word_network.h); where it is not there PocketSphinx hears them alone.
-  std::filesystem::path word_network = {};
+  /// Hears English words; where it is not there PocketSphinx hears them alone.
+  std::shared_ptr<WordNetwork> word_network = {};
 };
 
 /// A network's words, PocketSphinx' and our own loop of phones (docs/theory/hearing/recognition.md). Memory is bounded

@@ -235,7 +235,7 @@ void SoundRecogniser::collectPhones(const Stretch& stretch, const WordsHeard* wo
 std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
     std::span<const std::span<const std::int16_t>> stretches, HeardSpeech& heard) const {
   try {
-    return hearWords(options_.word_network, stretches);
+    return options_.word_network->hear(stretches);
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears words was not heard ({})", error.what()));
     return std::vector<std::vector<NetworkWord>>(stretches.size());
@@ -415,7 +415,7 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
-  const bool has_network = pronouncer_ && hasWordNetwork(options_.word_network);
+  const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
   const std::vector<Said> said = whatIsSaid(samples, heard.stretches, has_network ? kNearPause : 0);
   std::vector<std::span<const std::int16_t>> stretches, with_margins;
   for (const Said& stretch : said) {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
+#include <optional>
 
-#include "base/child_process.h"
 #include "base/errors.h"
-#include "base/files.h"
 #include "base/index.h"
 #include "base/json_fields.h"
 #include "base/time.h"
@@ -16,13 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs", kAnswers = "answers", kTexts = "texts";
+constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs";
 constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
 constexpr double kSoundLimit = 5;
 constexpr std::size_t kMostWords = 1000;  // of a sound
-constexpr std::size_t kLongestSaid = 300;
 
 std::vector<NetworkWord> parseWords(std::string_view line) {
   std::vector<NetworkWord> words;
@@ -43,67 +42,76 @@ std::string_view bytesOf(std::span<const Value> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
-/// A line of JSON of each sound, by `parse`. `texts`: a line of each, or nothing.
-template <typename Parse>
-auto answersOf(const fs::path& folder, std::span<const std::span<const std::int16_t>> sounds, const std::string& texts,
-               Parse parse) {
-  const std::optional<fs::path> program = findProgram(kProgram);
-  if (!program) throw InputError(std::string(kProgram), "", "is not there; sudo apt-get install nodejs");
-  const PrivateFolder scratch;
-  const fs::path answers = scratch.path() / kAnswers;
-  Seconds length = 0;
-  for (const auto sound : sounds) length += asReal(sound.size()) / kRateHz;
-  std::vector<std::string> arguments{fs::absolute(folder / kScript).string(), answers.string()};
-  if (!texts.empty()) {
-    arguments.push_back((scratch.path() / kTexts).string());
-    writeFileAtomically(arguments.back(), texts);
-  }
-  const ChildResult result =
-      runChild(*program, arguments, scratch.path(), kStartLimit + kSoundLimit * length, [&](const ChildInput& send) {
-        for (const auto sound : sounds) {
-          const auto count = static_cast<std::uint32_t>(sound.size());
-          if (!send(bytesOf(std::span(&count, 1))) || !send(bytesOf(sound))) return;
-        }
-      });
-  if (result.timed_out) throw InputError(std::string(kScript), "", "hung");
-  if (result.exit_code != 0) {
-    throw InputError(std::string(kScript), "", fmt::format("failed: {}", printable(result.output, kLongestSaid)));
-  }
-  std::vector<decltype(parse(std::string_view()))> parsed;
-  const std::string text = readFile(answers);
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    parsed.push_back(parse(std::string_view(text).substr(at, end - at)));
-    at = end + 1;
-  }
-  if (parsed.size() != sounds.size()) {
-    throw InputError(std::string(kScript), "",
-                     fmt::format("found {} answers; expected {}", parsed.size(), sounds.size()));
-  }
-  return parsed;
-}
-
 }  // namespace
 
-bool hasWordNetwork(const fs::path& folder) {
+/// A program of the network for as long as this lives; it waits for the next one then, unless it failed.
+class WordNetwork::Asking {
+ public:
+  explicit Asking(WordNetwork& network) : network_(network) {
+    {
+      const std::scoped_lock lock(network_.changing_);
+      if (!network_.waiting_.empty()) {
+        child_ = std::move(network_.waiting_.back());
+        network_.waiting_.pop_back();
+        return;
+      }
+    }
+    const std::optional<fs::path> program = findProgram(kProgram);
+    if (!program) throw InputError(std::string(kProgram), "", "is not there; sudo apt-get install nodejs");
+    const std::vector<std::string> arguments{fs::absolute(network_.folder_ / kScript).string()};
+    child_ = std::make_unique<AnsweringChild>(*program, arguments, std::string(kScript));
+  }
+  Asking(const Asking&) = delete;
+  Asking& operator=(const Asking&) = delete;
+  ~Asking() {
+    if (!is_well_) return;
+    const std::scoped_lock lock(network_.changing_);
+    network_.waiting_.push_back(std::move(child_));
+  }
+
+  /// What `parse` makes of the line of JSON that answers a sound. `text`: its words, or nothing.
+  template <typename Parse>
+  auto answerTo(std::span<const std::int16_t> sound, std::string_view text, Parse parse) {
+    const std::array<std::uint32_t, 2> head{static_cast<std::uint32_t>(sound.size()),
+                                            static_cast<std::uint32_t>(text.size())};
+    std::string request(bytesOf(std::span<const std::uint32_t>(head)));
+    request.append(bytesOf(sound)).append(text);
+    is_well_ = false;
+    auto parsed = parse(child_->ask(request, kStartLimit + kSoundLimit * asReal(sound.size()) / kRateHz));
+    is_well_ = true;
+    return parsed;
+  }
+
+ private:
+  WordNetwork& network_;
+  std::unique_ptr<AnsweringChild> child_;
+  bool is_well_ = true;
+};
+
+WordNetwork::WordNetwork(fs::path folder) : folder_(std::move(folder)) {}
+WordNetwork::~WordNetwork() = default;
+
+bool WordNetwork::isThere() const {
   std::error_code error;  // the script reads samples as they lie in memory
-  return std::endian::native == std::endian::little && !folder.empty() && fs::exists(folder / kScript, error) &&
+  return std::endian::native == std::endian::little && !folder_.empty() && fs::exists(folder_ / kScript, error) &&
          findProgram(kProgram).has_value();
 }
 
-std::vector<std::vector<NetworkWord>> hearWords(const fs::path& folder,
-                                                std::span<const std::span<const std::int16_t>> sounds) {
-  return answersOf(folder, sounds, "", parseWords);
+std::vector<std::vector<NetworkWord>> WordNetwork::hear(std::span<const std::span<const std::int16_t>> sounds) {
+  Asking asking(*this);
+  std::vector<std::vector<NetworkWord>> words;
+  for (const auto sound : sounds) words.push_back(asking.answerTo(sound, "", parseWords));
+  return words;
 }
 
-std::vector<std::vector<WordScore>> scoreWords(const fs::path& folder,
-                                               std::span<const std::span<const std::int16_t>> sounds,
-                                               std::span<const std::vector<std::string>> texts) {
+std::vector<std::vector<WordScore>> WordNetwork::score(std::span<const std::span<const std::int16_t>> sounds,
+                                                       std::span<const std::vector<std::string>> texts) {
   MOUTHPIECE_EXPECT(texts.size() == sounds.size());
-  std::string lines;
-  for (const std::vector<std::string>& words : texts) lines += fmt::format("{}\n", fmt::join(words, " "));
-  std::vector<std::vector<WordScore>> scores = answersOf(folder, sounds, lines, parseScores);
+  Asking asking(*this);
+  std::vector<std::vector<WordScore>> scores;
   for (std::size_t i = 0; i < texts.size(); ++i) {
+    const std::string text = fmt::format("{}", fmt::join(texts[i], " "));
+    scores.push_back(asking.answerTo(sounds[i], text, parseScores));
     if (!scores[i].empty() && scores[i].size() != texts[i].size() + 1)
       throw InputError(std::string(kScript), "",
                        fmt::format("found {} scores; expected {}", scores[i].size(), texts[i].size() + 1));

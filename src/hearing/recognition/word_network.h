@@ -2,9 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "base/child_process.h"
 
 namespace mouthpiece {
 
@@ -14,25 +18,40 @@ struct NetworkWord {
   double log_probability = 0;
 };
 
-/// What word_network.cpp needs: `folder`/hear_words.mjs with its models, and Node to run it.
-bool hasWordNetwork(const std::filesystem::path& folder);
-
-/// The words of each of `sounds`, 16 kHz, a minute each at most; none for one of which the network makes no words.
-/// English. A program of its own hears them all: docs/theory/hearing/recognition.md#a-network. Throws InputError where
-/// it cannot.
-std::vector<std::vector<NetworkWord>> hearWords(const std::filesystem::path& folder,
-                                                std::span<const std::span<const std::int16_t>> sounds);
-
 /// How likely a network finds a word of a text where it stands, natural logarithms: of its probability, and of that
 /// over the likeliest's in its place.
 struct WordScore {
   double log_probability = 0, behind = 0;
 };
 
-/// Of each of `sounds`, as above, the words of its text, none of them empty or with a blank in it, and last, that
-/// nothing follows them; none where the sound is too short. Throws the same.
-std::vector<std::vector<WordScore>> scoreWords(const std::filesystem::path& folder,
-                                               std::span<const std::span<const std::int16_t>> sounds,
-                                               std::span<const std::vector<std::string>> texts);
+/// A network that hears English words: docs/theory/hearing/recognition.md#a-network. A program of its own runs it, from
+/// when it is first asked until this ends; one more for each thread that asks at once. Thread-safe.
+class WordNetwork {
+ public:
+  /// `folder`: with hear_words.mjs and its models, which Node runs.
+  explicit WordNetwork(std::filesystem::path folder);
+  WordNetwork(const WordNetwork&) = delete;
+  WordNetwork& operator=(const WordNetwork&) = delete;
+  ~WordNetwork();
+
+  /// Whether there is what it needs.
+  [[nodiscard]] bool isThere() const;
+
+  /// The words of each of `sounds`, 16 kHz, a minute each at most; none for one of which it makes no words. Throws
+  /// InputError where it cannot.
+  std::vector<std::vector<NetworkWord>> hear(std::span<const std::span<const std::int16_t>> sounds);
+
+  /// Of each of `sounds`, as above, the words of its text, none of them empty or with a blank in it, and last, that
+  /// nothing follows them; none where the sound is too short. Throws the same.
+  std::vector<std::vector<WordScore>> score(std::span<const std::span<const std::int16_t>> sounds,
+                                            std::span<const std::vector<std::string>> texts);
+
+ private:
+  class Asking;
+
+  std::filesystem::path folder_;
+  std::mutex changing_;
+  std::vector<std::unique_ptr<AnsweringChild>> waiting_;  ///< programs that nobody asks just now
+};
 
 }  // namespace mouthpiece

@@ -85,7 +85,7 @@ MeasuredStretches stretchesWithin(const CorpusTake& take, bool silence) {
 }
 
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<HearingScore>& heard) {
-  const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint, wordNetworkFolder())
+  const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint, sharedWordNetwork())
                                 : given.ablation       ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
                                                        : backoffMethods;

@@ -51,9 +51,7 @@ TEST(ChildProcess, PassesArgumentsWithoutAShell) {
 }
 
 /// Whether the process ends within a few seconds; one that nobody has waited for yet has ended.
-bool ends(const std::filesystem::path& number_file) {
-  std::string number = readFile(number_file);
-  number.erase(number.find_last_not_of('\n') + 1);
+bool hasEnded(const std::string& number) {
   for (int tries = 0; tries < 500; ++tries) {
     std::ifstream stream("/proc/" + number + "/stat");
     std::string facts;
@@ -61,6 +59,11 @@ bool ends(const std::filesystem::path& number_file) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
+}
+bool ends(const std::filesystem::path& number_file) {
+  std::string number = readFile(number_file);
+  number.erase(number.find_last_not_of('\n') + 1);
+  return hasEnded(number);
 }
 
 TEST(ChildProcess, WhatItStartedEndsWithIt) {
@@ -175,6 +178,41 @@ TEST(ChildProcess, SaysWhenAProgramCannotStart) {
             }).find("/no/such/program: cannot be started: "),
             std::string::npos);
   EXPECT_FALSE(findProgram("no such program"));
+}
+
+AnsweringChild shell(const std::string& script) {
+  return AnsweringChild(findProgram("sh").value(), {"-c", script}, "shell");
+}
+
+TEST(AnAnsweringChild, AnswersRequestAfterRequest) {
+  AnsweringChild child = shell("while read line; do echo chatter; echo \"got $line\" >&3; done");
+  EXPECT_EQ(child.ask("one\n", kPatience), "got one");
+  EXPECT_EQ(child.ask("two\n", kPatience), "got two");
+  const std::string much(300'000, 'x');  // more than a stream holds
+  EXPECT_EQ(child.ask(much + "\n", kPatience), "got " + much);
+}
+
+TEST(AnAnsweringChild, SaysThatItHasEndedHangsOrSaysTooMuch) {
+  const auto errorBy = [](const char* script, Seconds limit) {
+    AnsweringChild child = shell(script);
+    return errorOf([&] { child.ask("one\n", limit); });
+  };
+  EXPECT_EQ(errorBy("echo 'no memory'; exit 3", kPatience), "shell: failed: no memory\\x0A");
+  EXPECT_EQ(errorBy("sleep 60", 0.2), "shell: hung");
+  EXPECT_EQ(errorBy("read line; tr '\\0' x </dev/zero >&3", kPatience), "shell: says too much");
+  EXPECT_EQ(errorBy("read line; yes | head -c 1000000 >&2; echo \"$line\" >&3", kPatience), "no error")
+      << "what it says besides is read";
+}
+
+/// With what it has started itself.
+TEST(AnAnsweringChild, EndsWithItsOwner) {
+  std::string grandchild;
+  {
+    AnsweringChild child = shell("sleep 60 & echo $! >&3; wait");
+    grandchild = child.ask("", kPatience);
+    EXPECT_EQ(::kill(std::stoi(grandchild), 0), 0);
+  }
+  EXPECT_TRUE(hasEnded(grandchild));
 }
 
 }  // namespace
