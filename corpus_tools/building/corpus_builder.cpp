@@ -106,13 +106,14 @@ HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions&
                               std::vector<LeftOutTake>& left_out, const fs::path& folder) {
   const std::size_t every = (takes.size() + kMostShapeTakes - 1) / kMostShapeTakes;
   const TakeFiles* const first = takes.data();
-  auto shapes = forEachTake<std::optional<RawTake>>(takes, options, steps, left_out,
-                                                    [&](const TakeFiles& files) -> std::optional<RawTake> {
-                                                      std::optional<RawTake> take = shapeFrames(files, options);
-                                                      if (unsignedIndex(&files - first) % every != 0) take.reset();
-                                                      return take;
-                                                    },
-                                                    kAsItIs);
+  auto shapes = forEachTake<std::optional<RawTake>>(
+      takes, options, steps, left_out,
+      [&](const TakeFiles& files) -> std::optional<RawTake> {
+        std::optional<RawTake> take = shapeFrames(files, options);
+        if (unsignedIndex(&files - first) % every != 0) take.reset();
+        return take;
+      },
+      kAsItIs);
   expectSome(folder, takes, left_out);
   std::vector<RawTake> kept;
   for (std::optional<RawTake>& shape : shapes) {
@@ -233,7 +234,7 @@ class Builder {
   /// Keeps of each take what is small; its motion and sound are found through `finished`.
   void doTakes(BuildResult& result, FinishedTakes& finished, std::optional<EarlierBuild>& earlier,
                const HeadReference& reference, const BuildParts& parts, std::vector<bool>& is_new) {
-    TakeLabeller labeller(options_.lexicon);
+    TakeLabeller labeller(options_.lexicon, options_.word_network);
     struct Done {
       CleanedTake cleaned;
       std::optional<std::size_t> earlier;  ///< its number there
@@ -260,6 +261,7 @@ class Builder {
     };
     auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, make, keep);
     expectSome(folder_, found_.takes, result.left_out);
+    result.network_fault = labeller.networkFault();
     for (Done& take : done) {
       is_new.push_back(!take.earlier);
       if (take.earlier) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct BuildOptions {
   std::size_t jobs = 0;        ///< takes at once; 0: one per core. The result does not depend on it
   bool strict = false;         ///< the first take that cannot be used stops the build
   CleaningOptions cleaning;
+  /// Asked about words that are in doubt; they are told, the labels stay.
+  std::shared_ptr<WordNetwork> word_network = {};
   bool align_takes = true;  ///< captures without a jig: see alignTakesByPhones()
 };
 
@@ -29,6 +32,7 @@ struct BuildResult {
   Corpus corpus;  ///< without motion and sound: those are in the file alone
   std::vector<TakeReport> takes;
   std::vector<LeftOutTake> left_out;
+  std::string network_fault;   ///< why the word network could not be asked; else ""
   std::size_t kept_takes = 0;  ///< that were done before and not done again
 };
 

@@ -20,12 +20,14 @@ namespace mouthpiece {
 
 class ForcedAligner;
 class Pronouncer;
+class WordNetwork;
 
 /// Finds the labels of takes that have none. Thread-safe: each thread at work has an aligner of its own.
 class TakeLabeller {
  public:
-  /// `lexicon` is kept alive by the caller. Nothing is loaded before the first take asks.
-  explicit TakeLabeller(const Lexicon& lexicon);
+  /// `lexicon` is kept alive by the caller. Nothing is loaded before the first take asks. `network`: asked about words
+  /// that are in doubt (judgeByNetwork).
+  explicit TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network = {});
   ~TakeLabeller();
 
   struct Labels {
@@ -34,12 +36,16 @@ class TakeLabeller {
   };
   /// Throws InputError when the words cannot be said or do not fit the sound.
   Labels label(const AudioClip& audio, const std::string& text, const std::string& name);
+  /// Why the network could not be asked, the first time that it was not; else "".
+  [[nodiscard]] std::string networkFault() const;
 
  private:
   std::unique_ptr<ForcedAligner> takeAligner();
 
   const Lexicon& lexicon_;
-  std::mutex mutex_;
+  std::shared_ptr<WordNetwork> network_;
+  mutable std::mutex mutex_;
+  std::string network_fault_;
   std::unique_ptr<Pronouncer> pronouncer_;
   std::vector<std::unique_ptr<ForcedAligner>> idle_;
 };

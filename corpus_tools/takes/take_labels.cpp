@@ -7,6 +7,7 @@
 #include "corpus_tools/takes/take_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/network_doubt.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -93,7 +94,8 @@ std::optional<SpeechLabels> withWords(const SpeechLabels& labels, std::string_vi
   return buildSpeechLabels(std::move(segments), words, labels.duration());
 }
 
-TakeLabeller::TakeLabeller(const Lexicon& lexicon) : lexicon_(lexicon) {}
+TakeLabeller::TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network)
+    : lexicon_(lexicon), network_(std::move(network)) {}
 TakeLabeller::~TakeLabeller() = default;
 
 std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
@@ -108,6 +110,7 @@ std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
 TakeLabeller::Labels TakeLabeller::label(const AudioClip& audio, const std::string& text, const std::string& name) {
   std::unique_ptr<ForcedAligner> aligner = takeAligner();
   ForcedAlignment found = aligner->align(audio, pronouncer_->wordsOf(text), name);
+  const std::string fault = network_ ? judgeByNetwork(*network_, audio, found) : "";
   Labels labels{std::move(found.labels), {}};
   for (const std::size_t i : found.doubtfulWords()) {
     const LabelledWord& word = labels.labels.words[i];
@@ -115,7 +118,13 @@ TakeLabeller::Labels TakeLabeller::label(const AudioClip& audio, const std::stri
   }
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(aligner));
+  if (network_fault_.empty()) network_fault_ = fault;
   return labels;
+}
+
+std::string TakeLabeller::networkFault() const {
+  const std::scoped_lock lock(mutex_);
+  return network_fault_;
 }
 
 }  // namespace mouthpiece

@@ -7,9 +7,11 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "hearing/recognition/network_doubt.h"
 #include "phonetics/labels/textgrid.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "speaker/shared_files.h"
 
 namespace mouthpiece {
 namespace {
@@ -58,7 +60,9 @@ int runAlign(const AlignArguments& given) {
   const AudioClip audio = readAudio(given.audio);
   const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(given));
   const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
-  const ForcedAlignment alignment = ForcedAligner().align(audio, words, given.audio.string(), kind);
+  ForcedAlignment alignment = ForcedAligner().align(audio, words, given.audio.string(), kind);
+  const std::string fault = judgeByNetwork(*sharedWordNetwork(), audio, alignment);
+  if (!fault.empty()) printNotice(fault, given.quiet);
   writeTextGrid(given.output, alignment.labels);
   noteDoubtfulWords(alignment, given.quiet);
   if (given.json) {

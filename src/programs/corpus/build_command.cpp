@@ -2,6 +2,7 @@
 
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "speaker/shared_files.h"
 
 namespace mouthpiece {
 namespace {
@@ -29,6 +30,7 @@ int runBuild(const BuildArguments& given) {
   options.layout = layoutFrom(given.layout);
   options.lexicon = lexiconFrom(given.lexicon);
   options.marker_names = markerMapFrom(given.renamed, given.layout);
+  options.word_network = sharedWordNetwork();
   options.jobs = given.jobs;
   options.strict = given.strict;
   options.cleaning = given.cleaning;
@@ -39,6 +41,7 @@ int runBuild(const BuildArguments& given) {
   }
   noteLeftOut(result.left_out, given.quiet);
   noteDoubtfulWords(result.takes, given.quiet);
+  if (!result.network_fault.empty()) printNotice(result.network_fault, given.quiet);
   if (result.corpus.viseme_poses.empty())
     printNotice("no viseme poses: songs, --style and stretches without capture cannot be drawn by curves", given.quiet);
   if (!given.quiet) {

@@ -58,7 +58,7 @@ StudioSession::StudioSession(StudioOptions options)
     : options_(std::move(options)),
       looking_(std::make_unique<FaceTracker>(options_.models)),
       tracking_(std::make_unique<FaceTracker>(options_.models)),
-      labeller_(std::make_unique<TakeLabeller>(options_.lexicon)),
+      labeller_(std::make_unique<TakeLabeller>(options_.lexicon, sharedWordNetwork())),
       takes_(options_.prompts.size()) {
   options_.folder = fs::absolute(options_.folder).lexically_normal();
   for (const char* name : {"", "incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
