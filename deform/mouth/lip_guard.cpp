@@ -254,11 +254,9 @@ void LipGuard::meet(const MarkerPositions& points, std::span<const LipGap> gaps,
     const Eigen::RowVector3d up = (points.row(pair.upper_marker) - points.row(pair.lower_marker)).normalized();
     return asFloat(std::max(0.0, (points.row(pair.upper_rim) - points.row(pair.lower_rim)).dot(up)));
   });
-  std::array<float, kColumns> shut{};
-  if (!gaps.empty()) shut = untucked(gaps);
-  for (std::size_t c = 0; c < kColumns; ++c)
-    shut[c] *= asFloat(1 - smoothStep(double{apart[c]} / (kFarApart * mouth_width_)));
-  meeting_->meet({shut, apart}, 1 - smoothStep(2 * narrowestGap(points) / (kFarApart * mouth_width_) - 1), out);
+  std::array<float, kColumns> may_shut{};
+  if (!gaps.empty()) may_shut = untucked(gaps);
+  meeting_->meet({may_shut, apart}, 1 - smoothStep(2 * narrowestGap(points) / (kFarApart * mouth_width_) - 1), out);
 }
 
 }  // namespace mouthpiece

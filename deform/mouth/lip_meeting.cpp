@@ -33,14 +33,18 @@ constexpr double kSpreads = 0.07;    ///< how far along the skin a movement spre
 constexpr double kSeenDeep = 0.2;    ///< lips are looked at no further behind their fronts
 constexpr double kMeetInto = 0.002;  ///< lips that shall touch are brought so far into each other
 /// What is further apart, or further in each other, is not moved the whole way, and from `kTooFar` on not at all.
-constexpr double kMeetWhole = 0.03, kTooFar = 0.1;
+constexpr double kMeetWhole = 0.045, kTooFar = 0.12;
+/// Lips that have parted so far are not brought together any more. What is much too far apart lets go over so many
+/// times as long a way as it is: what goes back sooner than the lips part is a jump.
+constexpr double kParted = 0.08, kLetsGo = 4;
 constexpr double kSoftly = 0.004;  ///< places of a section that are further apart by this count for a third
 /// Across the mouth: so near to its corners the lips are one surface that folds, and from here on they are two.
 constexpr double kAtEnds = 0.08, kOffEnds = 0.18;
 /// What is so far from the one lip as from the other, by shares of both ways, is of neither unless it is at the rims.
 constexpr double kOfBoth = 0.1, kAtRim = 0.05;
-constexpr double kGives = 0.015;    ///< of what is wanted, against movement
+constexpr double kGives = 0.1;      ///< of what is wanted, against movement
 constexpr double kStays = 0.05;     ///< weight of a section in which nothing is wanted
+constexpr double kCrosses = 8;      ///< and of one in which the lips cross, beside one where they are too far apart
 constexpr double kCounted = 0.001;  ///< places of a section that weigh less are left out
 constexpr int kLooks = 3;
 
@@ -91,6 +95,7 @@ struct LipMeeting::Data {
   /// share) is told what a vertex' way up makes of it.
   template <typename Take>
   double gapIn(const Sections& seen, std::size_t section, const Take& take) const;
+  [[nodiscard]] double wantedChange(std::size_t section, double gap, double may_shut, double apart, double near) const;
 };
 
 void LipMeeting::Data::look(const float* at, Sections& seen) const {
@@ -277,11 +282,27 @@ LipMeeting::LipMeeting(LipMeeting&&) noexcept = default;
 LipMeeting& LipMeeting::operator=(LipMeeting&&) noexcept = default;
 LipMeeting::~LipMeeting() = default;
 
+/// By how much the gap of a section shall change. `apart`: of Wanted, as `may_shut`.
+double LipMeeting::Data::wantedChange(std::size_t section, double gap, double may_shut, double apart,
+                                      double near) const {
+  const double along = (asReal(section) + 0.5) / asReal(kPlanes), into = kMeetInto * width;
+  const double crosses = -gap - into - allowed[section], too_far = gap + into - apart;
+  const double moves = smoothStep(kAtEnds, kOffEnds, std::min(along, 1 - along)) *
+                       (1 - smoothStep(kMeetWhole, kTooFar, std::max(too_far, -gap) / width));
+  if (crosses > 0) return near * moves * crosses;
+  if (too_far <= 0) return 0;
+  return -may_shut * (1 - smoothStep(apart / std::max(kParted * width, kLetsGo * too_far))) * moves * too_far;
+}
+
 void LipMeeting::meet(const Wanted& wanted, double near, float* out) const {
-  const bool is_shut = std::any_of(wanted.shut.begin(), wanted.shut.end(), [](float here) { return here > 0; });
-  if (data_->vertices.empty() || (near <= 0 && !is_shut)) return;
-  thread_local Sections seen;
   const double width = data_->width, into = kMeetInto * width;
+  bool may_shut = false;
+  for (std::size_t c = 0; c < kLipColumns; ++c)
+    may_shut = may_shut || (wanted.may_shut[c] > 0 && double{wanted.apart[c]} < kLetsGo * kTooFar * width);
+  if (data_->vertices.empty() || (near <= 0 && !may_shut)) return;
+  thread_local Sections seen;
+  std::array<double, kPlanes> wanted_gaps;  // as the first look tells; the others come nearer to it
+  wanted_gaps.fill(std::numeric_limits<double>::infinity());
   for (int look = 0; look < kLooks; ++look) {
     data_->look(out, seen);
     PlaneSquare system = kGives * data_->cost;
@@ -294,15 +315,12 @@ void LipMeeting::meet(const Wanted& wanted, double near, float* out) const {
       });
       if (!std::isfinite(gap)) continue;
       const std::size_t column = s * kLipColumns / kPlanes;
-      const double across = (asReal(s) + 0.5) / asReal(kPlanes), crosses = -gap - into - data_->allowed[s],
-                   too_far = gap + into - double{wanted.apart[column]};
-      const double moves = smoothStep(kAtEnds, kOffEnds, std::min(across, 1 - across)) *
-                           (1 - smoothStep(kMeetWhole, kTooFar, std::max(too_far, -gap) / width));
-      double further = 0;
-      if (too_far > 0) further = -double{wanted.shut[column]} * moves * too_far;
-      if (crosses > 0) further = near * moves * crosses;
+      double further = data_->wantedChange(s, gap, double{wanted.may_shut[column]}, double{wanted.apart[column]}, near);
+      if (!std::isfinite(wanted_gaps[s])) wanted_gaps[s] = gap + further;
+      further = std::clamp(wanted_gaps[s] - gap, std::min(further, 0.0), std::max(further, 0.0));
       most = std::max(most, std::abs(further));
-      const double counts = kStays + (1 - kStays) * std::min(1.0, std::abs(further) / into);
+      const double much = std::min(1.0, std::abs(further) / into);
+      const double counts = (kStays + (1 - kStays) * much) * (further > 0 ? 1 + (kCrosses - 1) * much : 1);
       system += counts * closes * closes.transpose();
       right += counts * further * closes;
     }

@@ -29,8 +29,8 @@ class LipMeeting {
 
   /// What is wanted in each column across the mouth.
   struct Wanted {
-    std::array<float, kLipColumns> shut;   ///< how much of what lips are too far apart is closed, [0, 1]
-    std::array<float, kLipColumns> apart;  ///< how far apart they shall be, as their rims are; the mesh's unit
+    std::array<float, kLipColumns> may_shut;  ///< how much of what lips are too far apart is closed at most, [0, 1]
+    std::array<float, kLipColumns> apart;     ///< how far apart they shall be, as their rims are; the mesh's unit
   };
   /// `near`: how much of what crosses is moved apart, [0, 1]. `out`: x y z of each vertex of the posed mesh. Allocates
   /// nothing once a thread has posed this face.

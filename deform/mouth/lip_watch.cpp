@@ -49,7 +49,8 @@ LipWatch::Sight LipWatch::look(const float* vertices, float reach) const {
   const float distance =
       std::max((p.dot(frame.away) - reach * height) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y),
                reach * (std::sqrt(aside) - 1));
-  const float off = 2 * aside - 1;
+  // So deep behind the lip a place is elsewhere: findNearLips() leaves it out beyond that, all at once.
+  const float off = std::max(2 * aside, 2 * -p.dot(frame.away) / reach) - 1;
   const float tipped = (kTips - frame.away.dot(Eigen::Map<const Vector3f>(away))) / kTipsOver;
   const float blind = asFloat(smoothStep(double{std::max(off, tipped)}));
   return {distance + blind * std::max(0.0F, reach - distance), reach * aside, frame.away};
