@@ -33,7 +33,7 @@ constexpr double kSpreads = 0.07;    ///< how far along the skin a movement spre
 constexpr double kSeenDeep = 0.2;    ///< lips are looked at no further behind their fronts
 constexpr double kMeetInto = 0.002;  ///< lips that shall touch are brought so far into each other
 /// What is further apart, or further in each other, is not moved the whole way, and from `kTooFar` on not at all.
-constexpr double kMeetWhole = 0.045, kTooFar = 0.12;
+constexpr double kMeetWhole = 0.06, kTooFar = 0.15;
 /// Lips that have parted so far are not brought together any more. What is much too far apart lets go over so many
 /// times as long a way as it is: what goes back sooner than the lips part is a jump.
 constexpr double kParted = 0.08, kLetsGo = 4;

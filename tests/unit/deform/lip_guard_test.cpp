@@ -443,7 +443,7 @@ TEST_F(Guards, LipsThatMeetPartAsTheirRimsDo) {
     return widestGap(moved);
   };
   float before = gapAt(0);
-  EXPECT_LT(before, 0.5F);
+  EXPECT_LT(before, 0.4F * kTooFar) << "softly, for what is closed to the last leaves single vertices standing out";
   for (float apart = kStep; apart < 5; apart += kStep) {
     const float now = gapAt(apart);
     EXPECT_LT(now - before, kTimes * kStep) << apart;

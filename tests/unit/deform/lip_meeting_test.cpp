@@ -79,7 +79,7 @@ class ThickLips : public ::testing::Test {
   }
   [[nodiscard]] VertexPositions met(VertexPositions pose, float shut, double near, float apart = 0) const {
     LipMeeting::Wanted wanted{};
-    wanted.shut.fill(shut);
+    wanted.may_shut.fill(shut);
     wanted.apart.fill(apart);
     meeting().meet(wanted, near, pose.data());
     return pose;
@@ -173,6 +173,20 @@ TEST_F(ThickLips, GoSteadily) {
     EXPECT_LT((now - before).cwiseAbs().maxCoeff(), 6 * kStepMm) << at;
     before = now;
   }
+}
+
+/// Lips whose surfaces are much further apart than their rims let go of that over a way that is longer still.
+TEST_F(ThickLips, GoBackNoSoonerThanTheirRimsPart) {
+  constexpr float kFurtherMm = 2, kStepMm = 0.2F;
+  const auto seen = [&](float apart) { return gaps(met(lifted(true, kFurtherMm + apart), 1, 1, apart)).second; };
+  float before = seen(0);
+  EXPECT_LT(before, 0.4F);
+  for (float apart = kStepMm; apart < 10; apart += kStepMm) {
+    const float now = seen(apart);
+    EXPECT_LT(now - before, 1.7F * kStepMm) << apart;
+    before = now;
+  }
+  EXPECT_NEAR(before, kFurtherMm + 10, 0.5F) << "wide open they are let go";
 }
 
 /// Levelling looks behind the rims, too, depth by depth.

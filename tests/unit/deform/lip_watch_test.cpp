@@ -132,15 +132,29 @@ TEST_P(Watches, GoBlindSoftlyAsideAndTippedOver) {
   EXPECT_GT(tipped(40), -0.5F);
 }
 
+/// What lies as deep behind the lip as it is seen to the sides is elsewhere, and goes out of sight little by little.
+TEST_P(Watches, LoseSightOfWhatIsTooDeepLittleByLittle) {
+  constexpr float kStep_mm = 0.04F, kTimes = 6;
+  const auto under = [&](float deep_mm) { return lookFrom({0.3F, 0.2F, heightAt(0.3F, 0.2F) - deep_mm}).distance; };
+  EXPECT_LT(under(0.45F * kReach_mm), -0.3F * kReach_mm);
+  EXPECT_NEAR(under(1.1F * kReach_mm), kReach_mm, 1e-3F);
+  float before = under(0);
+  for (float deep = kStep_mm; deep < 1.6F * kReach_mm; deep += kStep_mm) {
+    const float now = under(deep);
+    EXPECT_LT(std::abs(now - before), kTimes * kStep_mm) << deep;
+    before = now;
+  }
+}
+
 /// A place far behind a lip that may end before it comes into sight little by little, and so it is pushed.
 TEST_P(Watches, SeeWhatIsDeepLittleByLittle) {
-  constexpr float kStep_mm = 0.04F, kTimes = 6;
+  constexpr float kStep_mm = 0.04F, kTimes = 6, kDeep_mm = 0.5F * kReach_mm;
   const float angle = number(0, 6.28F);
   const auto behind = [&](float aside_mm) {
     const float x = aside_mm * std::cos(angle), y = aside_mm * std::sin(angle);
-    return std::max(0.0F, -lookFrom({x, y, heightAt(x, y) - kReach_mm}).distance);
+    return std::max(0.0F, -lookFrom({x, y, heightAt(x, y) - kDeep_mm}).distance);
   };
-  EXPECT_GT(behind(0.5F), 2.5F);
+  EXPECT_GT(behind(0.5F), 0.8F * kDeep_mm);
   float before = behind(1.1F * kReach_mm);
   EXPECT_EQ(before, 0);
   for (float aside = 1.1F * kReach_mm; aside > 0; aside -= kStep_mm) {
