@@ -46,6 +46,14 @@ bool isDeeperThan(std::string_view json, int limit) {
   return false;
 }
 
+/// The number of the image that a page shows of a texture: what any reader knows, before what an extension brings.
+const nlohmann::json& sourceOf(const nlohmann::json& texture) {
+  if (texture.contains("source")) return texture["source"];
+  const nlohmann::json& extensions = texture.at("extensions");
+  const char* const kExtension = extensions.contains("EXT_texture_webp") ? "EXT_texture_webp" : "KHR_texture_basisu";
+  return extensions.at(kExtension).at("source");
+}
+
 }  // namespace
 
 GlbChunks glbChunks(std::string_view glb, std::string_view file) {
@@ -104,10 +112,9 @@ std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view fil
     try {
       const nlohmann::json& texture =
           at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));
-      const bool has_source = texture.contains("source");
-      const nlohmann::json& image =
-          at("images", has_source ? texture["source"] : texture.at("extensions").at("EXT_texture_webp").at("source"));
+      const nlohmann::json& image = at("images", sourceOf(texture));
       const std::string mime = image.value("mimeType", "");
+      if (mime == "image/ktx2") pictures[static_cast<int>(m)].mime = mime;
       if (mime != "image/png" && mime != "image/jpeg" && mime != "image/webp") continue;
       const nlohmann::json& view = at("bufferViews", image.at("bufferView"));
       const std::size_t begin = view.value("byteOffset", std::size_t{0}),

@@ -52,11 +52,11 @@ std::vector<std::vector<std::string>> glbShapeNames(std::string_view glb, std::s
 
 /// The picture that colours a material, as the file holds it.
 struct GlbPicture {
-  std::string mime;  ///< "image/png", "image/jpeg" or "image/webp"
-  std::string bytes;
+  std::string mime;   ///< "image/png", "image/jpeg", "image/webp", or "image/ktx2", which no browser shows
+  std::string bytes;  ///< empty for KTX2
 };
-/// Base colour pictures by the number of the material; those kept outside the file, or in formats that no browser shows
-/// (KTX2), are left out. Throws InputError likewise.
+/// Base colour pictures by the number of the material; those kept outside the file, or in formats unknown here, are left
+/// out. Throws InputError likewise.
 std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file);
 
 /// What some scalar accessors of a GLB hold, as numbers. Throws InputError likewise.

@@ -1,5 +1,6 @@
 #include "retarget/placing/face_page.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -61,10 +62,14 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
   data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));
   data["triangles"] = base64(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
   data["pictures"] = json::object();
+  data["unseen_pictures"] = std::count_if(dressing.pictures.begin(), dressing.pictures.end(),
+                                          [](const auto& entry) { return entry.second.bytes.empty(); });
   if (!mesh.texture_coordinates.empty() && !dressing.pictures.empty()) {
-    for (const auto& [material, picture] : dressing.pictures)
+    for (const auto& [material, picture] : dressing.pictures) {
+      if (picture.bytes.empty()) continue;
       data["pictures"][std::to_string(material)] =
           "data:" + picture.mime + ";base64," + base64(picture.bytes.data(), picture.bytes.size());
+    }
     data["texture"] = base64(mesh.texture_coordinates.data(), mesh.texture_coordinates.size() * 2 * sizeof(float));
   }
   const std::size_t at = kFacePageTemplate.find(kPlaceholder);

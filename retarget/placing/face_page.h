@@ -23,7 +23,7 @@ const std::vector<AnchorToPick>& suggestedAnchors();
 
 /// What a page shows of a head besides its surface.
 struct PageDressing {
-  std::map<int, GlbPicture> pictures;  ///< by MeshPart::material
+  std::map<int, GlbPicture> pictures;  ///< by MeshPart::material; an empty one is only told of
 };
 
 /// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `shown`: markers on

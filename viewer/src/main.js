@@ -54,6 +54,8 @@ class Page {
     const focus = this.controlPoints.box();
     if (focus) focus.expandByScalar(0.05 * focus.max.distanceTo(focus.min));
     await this.stage.load(data.glb, data.parts, focus);
+    const unseen = this.stage.unseenTextures.size;
+    if (unseen > 0) showNotice(`${unseen} of the face’s textures are KTX2, which this page cannot show; its GLB keeps them.`);
     const box = this.stage.focus;
     this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));
     this.stage.scene.updateMatrixWorld(true);

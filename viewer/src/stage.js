@@ -25,6 +25,20 @@ const VERY_SLOW_FRAME_MS = 200;
 const SLOW_FRAMES_TO_STEP_DOWN = 2;
 const STILL_MS = 250;
 
+/**
+ * Stands in for three's reader of KTX2, whose transcoder runs in a worker, which the page's policy forbids: the picture that
+ * other readers get, or none. Each texture without one is told to `unseen`.
+ */
+const pictureForKtx2 = (unseen) => ({ json }) => ({
+  name: 'KHR_texture_basisu',
+  loadTexture(index) {
+    const { source, extensions = {} } = json.textures[index];
+    if (source !== undefined || !extensions.KHR_texture_basisu || extensions.EXT_texture_webp) return null;
+    unseen.add(index);
+    return Promise.resolve(null);
+  },
+});
+
 export class Stage {
   constructor(canvas) {
     this.canvas = canvas;
@@ -42,6 +56,7 @@ export class Stage {
     this.controls.enablePan = false;
     this.controls.addEventListener('change', () => this.invalidate());
     this.meshes = [];
+    this.unseenTextures = new Set();
     this.needsRender = true;
     this.quality = 0;
     this.slowFrames = 0;
@@ -50,7 +65,8 @@ export class Stage {
 
   /** Parses the GLB; `parts` tell each material's kind, `focus` the box of what to look at (null: the whole). */
   async load(glb, parts, focus) {
-    const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
+    const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).register(pictureForKtx2(this.unseenTextures));
+    const gltf = await loader.parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
     this.face = gltf.scene;
     gltf.scene.traverse((object) => {
       if (!object.isMesh) return;

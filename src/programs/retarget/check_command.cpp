@@ -8,13 +8,16 @@
 #include <optional>
 #include <random>
 
+#include "base/files.h"
 #include "base/index.h"
 #include "base/statistics.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
+#include "retarget/placing/face_page.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_rig.h"
 #include "synthesis/lips.h"
@@ -140,7 +143,10 @@ int runCheck(const CheckArguments& given) {
   std::optional<Corpus> corpus;
   if (!given.corpus.empty()) corpus = readCorpus(given.corpus);
   const FaceReport report = reportOn(face, rig, corpus ? &*corpus : nullptr);
-  if (!given.show.empty()) writeFacePage(given.show, face, rig, report);
+  if (!given.show.empty()) {
+    const std::filesystem::path mesh = given.face.parent_path() / face.mesh_file;
+    writeFacePage(given.show, face, rig, report, {}, dressingOf(readFile(mesh, kMaxMeshBytes), mesh));
+  }
   const int code = report.faults().empty() ? kExitDone : kExitBadInput;
   if (!corpus) {
     printFace(face, report, given.json, given.quiet);

@@ -16,6 +16,7 @@ struct Corpus;
 struct CorpusTake;
 struct FaceMesh;
 struct MarkerLayout;
+struct PageDressing;
 
 // One source file a subcommand of `retarget`.
 Command anchorsCommand();
@@ -80,10 +81,13 @@ struct FaceReport {
 /// Looks at a face at rest and moves it as `corpus` and a song do; null: as the default corpus does, if it is there.
 FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corpus);
 
+/// What a page shows of the file `mesh` with these bytes besides its surface: a GLB's textures.
+PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path& mesh);
+
 /// Writes a page that shows the markers on the face, or, where it has faults that show, the pose in which the first of
 /// them is worst, with the triangles in red.
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
-                   const FaceReport& report, const Anchors& given = {});
+                   const FaceReport& report, const Anchors& given, const PageDressing& dressing);
 
 /// All markers and both lips' rims as the fit has placed them, in the frame of the mesh's file, into which `mesh`,
 /// which stands upright, is turned back; `given` keeps what else it says, and the vertices that have stayed.

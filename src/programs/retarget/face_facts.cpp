@@ -9,6 +9,8 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_scene.h"
+#include "deform/mesh/mesh_files.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "speaker/shared_files.h"
@@ -69,15 +71,20 @@ Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given) {
   return placed;
 }
 
+PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path& mesh) {
+  if (!isGlb(mesh)) return {};
+  return {glbPictures(mesh_bytes, mesh.string())};
+}
+
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
-                   const FaceReport& report, const Anchors& given) {
+                   const FaceReport& report, const Anchors& given, const PageDressing& dressing) {
   FaceMesh shown = rig.mesh();
   const auto shows = [](const FaceFault& fault) { return !fault.triangles.empty(); };
   const auto& faults = report.judgement.faults;
   const auto fault = std::find_if(faults.begin(), faults.end(), shows);
   if (fault == faults.end()) {
     const Anchors placed = placedOn(face, shown, given);
-    writeFileAtomically(path, facePage(shown, face.name, placed, {}));
+    writeFileAtomically(path, facePage(shown, face.name, placed, {}, dressing));
     return;
   }
   if (fault->pose) {
@@ -107,7 +114,7 @@ void writeFacePage(const std::filesystem::path& path, const FaceFile& face, cons
   others.insert(others.end(), red.begin(), red.end());
   shown.triangles = std::move(others);
   shown.parts = std::move(parts);
-  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, at, {}));
+  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, at, {}, dressing));
 }
 
 namespace {

@@ -7,6 +7,7 @@
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
+#include "retarget/placing/face_page.h"
 #include "retarget/rig/borrowed_mouth.h"
 #include "speaker/shared_files.h"
 #include "units/file/corpus.h"
@@ -84,7 +85,7 @@ int runFit(const FitArguments& given) {
   }
   fs::path page = given.show;
   if (is_faulty && page.empty()) page = fs::path(given.out).replace_extension(".faults.html");
-  if (!page.empty()) writeFacePage(page, face, rig, report, anchors);
+  if (!page.empty()) writeFacePage(page, face, rig, report, anchors, dressingOf(bytes, request.mesh_file));
   printFace(face, report, given.json, given.quiet);
   if (!is_faulty) return kExitDone;
   printNotice(fmt::format("{}: {} ({} faults in all; {} shows it); {}", given.out.string(), report.faults().front(),

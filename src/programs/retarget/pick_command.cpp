@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 
 #include "base/files.h"
-#include "deform/mesh/glb_scene.h"
 #include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "programs/retarget/commands.h"
@@ -22,13 +21,11 @@ struct PickArguments {
 int runPick(const PickArguments& given) {
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
-  PageDressing dressing;
-  if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
   Anchors shown;
   if (!given.anchors.empty()) shown = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
-  writeFileAtomically(out, facePage(*mesh, name, shown, suggestedAnchors(), dressing));
+  writeFileAtomically(out, facePage(*mesh, name, shown, suggestedAnchors(), dressingOf(bytes, given.mesh)));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));

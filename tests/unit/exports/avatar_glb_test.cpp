@@ -99,6 +99,79 @@ TEST(Avatar, KeepsWhateverItHad) {
   }
 }
 
+/// The bytes of the file's pictures that lie in its binary chunk, by their names.
+std::map<std::string, std::string> picturesOf(const GlbFile& glb) {
+  std::map<std::string, std::string> pictures;
+  for (const json& image : glb.root["images"]) {
+    if (!image.contains("bufferView")) continue;
+    const json& view = glb.root["bufferViews"].at(image["bufferView"].get<std::size_t>());
+    pictures[image["name"]] = glb.binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"]);
+  }
+  return pictures;
+}
+
+/// An avatar whose textures are WebP with a PNG for those who cannot read it, WebP alone and KTX2 alone.
+GlbFile paintedAvatar() {
+  GlbFile glb(madeUpAvatar());
+  const auto addPicture = [&](const std::string& name, const std::string& mime, const std::string& bytes) {
+    glb.binary.append((4 - glb.binary.size() % 4) % 4, '\0');
+    glb.root["bufferViews"].push_back(
+        {{"buffer", 0}, {"byteOffset", glb.binary.size()}, {"byteLength", bytes.size()}});
+    glb.binary += bytes;
+    const std::size_t view = glb.root["bufferViews"].size() - 1;
+    glb.root["images"].push_back({{"bufferView", view}, {"mimeType", mime}, {"name", name}});
+    return glb.root["images"].size() - 1;
+  };
+  // The writer has to leave the bytes alone, so that it does not matter that no reader could take them.
+  const std::size_t png = addPicture("png", "image/png", "\x89PNG, of an odd length.");
+  const std::size_t webp = addPicture("webp", "image/webp", "RIFF WEBP");
+  const std::size_t ktx2 = addPicture("ktx2", "image/ktx2", std::string("\xabKTX 20\0\0", 9));
+  glb.root["samplers"] = {{{"magFilter", 9729}, {"wrapS", 33071}}, {{"minFilter", 9987}, {"name", "soft"}}};
+  const auto of = [](const char* extension, std::size_t source) {
+    return json{{extension, {{"source", source}}}};
+  };
+  for (const json& texture :
+       {json{{"source", png}, {"sampler", 0}, {"extensions", of("EXT_texture_webp", webp)}},
+        json{{"sampler", 1}, {"extensions", of("EXT_texture_webp", webp)}},
+        json{{"sampler", 0}, {"name", "basis"}, {"extensions", of("KHR_texture_basisu", ktx2)}}})
+    glb.root["textures"].push_back(texture);
+  const std::size_t first = glb.root["textures"].size() - 3;
+  for (std::size_t m = 1; m < 4; ++m)
+    glb.root["materials"][m]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", first + m - 1}, {"texCoord", 0}};
+  glb.root["extensionsUsed"].push_back("EXT_texture_webp");
+  glb.root["extensionsRequired"] = {"EXT_texture_webp", "KHR_texture_basisu"};
+  glb.root["buffers"][0]["byteLength"] = glb.binary.size();
+  return glb;
+}
+
+TEST(Avatar, PicturesOfEveryKindPassThroughUnopened) {
+  const GlbFile given = paintedAvatar();
+  const std::string once = spoken(given.toBytes());
+  // The second time the first one's shapes are taken out again, and with them their data.
+  for (const GlbFile& after : {GlbFile(once), GlbFile(spoken(once))}) {
+    for (const char* key : {"textures", "samplers", "materials", "extensionsUsed", "extensionsRequired"})
+      EXPECT_EQ(after.root[key], given.root[key]) << key;
+    ASSERT_EQ(picturesOf(given).size(), 3U);
+    EXPECT_EQ(picturesOf(after), picturesOf(given));
+    json images = after.root["images"], were = given.root["images"];
+    for (json* list : {&images, &were})
+      for (json& image : *list) image.erase("bufferView");  // a view's number may change
+    EXPECT_EQ(images, were);
+  }
+}
+
+TEST(Avatar, PagesShowWhatABrowserReads) {
+  const std::map<int, GlbPicture> pictures = glbPictures(paintedAvatar().toBytes(), "avatar.glb");
+  ASSERT_EQ(pictures.size(), 4U);
+  EXPECT_EQ(pictures.at(1).mime, "image/png") << "what any reader knows comes first";
+  EXPECT_EQ(pictures.at(2).mime, "image/webp");
+  EXPECT_EQ(pictures.at(2).bytes, "RIFF WEBP");
+  for (const int told : {0, 3}) {
+    EXPECT_EQ(pictures.at(told).mime, "image/ktx2") << "so that a page can say what it does not show";
+    EXPECT_EQ(pictures.at(told).bytes, "");
+  }
+}
+
 TEST(Avatar, OwnShapesAndAnimationsStayAndSpeechIsAdded) {
   const std::string given_bytes = madeUpAvatar();
   const GlbFile given(given_bytes), after(spoken(given_bytes));
