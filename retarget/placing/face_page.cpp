@@ -62,8 +62,8 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
   data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));
   data["triangles"] = base64(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
   data["pictures"] = json::object();
-  data["unseen_pictures"] = std::count_if(dressing.pictures.begin(), dressing.pictures.end(),
-                                          [](const auto& entry) { return entry.second.bytes.empty(); });
+  data["has_unseen_pictures"] = std::any_of(dressing.pictures.begin(), dressing.pictures.end(),
+                                            [](const auto& entry) { return entry.second.bytes.empty(); });
   if (!mesh.texture_coordinates.empty() && !dressing.pictures.empty()) {
     for (const auto& [material, picture] : dressing.pictures) {
       if (picture.bytes.empty()) continue;

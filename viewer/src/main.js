@@ -31,7 +31,8 @@ class Page {
     this.controlPoints = new ControlPoints(data.control, report.fps);
     this.takes = new Takes(report);
     showHeading(data);
-    showDoubts(report);
+    this.warnings = report.warnings ?? [];
+    showDoubts(this.warnings);
     showLegend(this.takes);
     this.caption = new Caption(report);
     this.timeline = new Timeline(data, this.takes, this.clock);
@@ -54,8 +55,9 @@ class Page {
     const focus = this.controlPoints.box();
     if (focus) focus.expandByScalar(0.05 * focus.max.distanceTo(focus.min));
     await this.stage.load(data.glb, data.parts, focus);
-    const unseen = this.stage.unseenTextures.size;
-    if (unseen > 0) showNotice(`${unseen} of the face’s textures are KTX2, which this page cannot show; its GLB keeps them.`);
+    if (this.stage.unseenTextures.size > 0) {
+      showDoubts([...this.warnings, 'The face has KTX2 textures, which this page cannot show; its GLB keeps them.']);
+    }
     const box = this.stage.focus;
     this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));
     this.stage.scene.updateMatrixWorld(true);

@@ -38,8 +38,7 @@ export function showHeading(data) {
 }
 
 /** What synth doubts, or nothing at all. */
-export function showDoubts(report) {
-  const warnings = report.warnings ?? [];
+export function showDoubts(warnings) {
   const place = document.getElementById('doubts');
   place.hidden = warnings.length === 0;
   place.querySelector('summary').textContent = `${counted(warnings.length, 'thing')} to look at`;
