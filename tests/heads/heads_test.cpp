@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -10,12 +11,16 @@
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
 #include "heads/mouth_trial.h"
+#include "motion/lip_gauge.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/borrowed_mouth.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece::test {
 namespace {
+
+constexpr std::array<std::string_view, 5> kOpenVowels{"(AA)", "(AE)", "(EH)", "(AY)", "(AW)"};
 
 const Corpus& clockCorpus() {
   static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/clock.corpus");
@@ -188,6 +193,56 @@ TEST_P(ClickedHeads, OpenAsTheActorDoesWhereTheLipIsClickedBeside) {
     });
     EXPECT_LT(std::abs(wave - of_actor), kWithinMm) << head.name << " clicked " << beside << " mm beside";
   }
+}
+
+/// How far the actor's lips are apart beyond where they meet, and the same between the head's, in widths of their
+/// mouths, in each pose of open vowels that are sung and that no consonant beside them narrows.
+struct SungOpening {
+  std::string pose;
+  double actor = 0, head = 0;
+};
+
+std::vector<SungOpening> sungOpenings(const FaceFile& face, const FaceRig& rig, const Corpus& corpus,
+                                      const JudgedPoses& poses) {
+  constexpr double kOpen = 0.12;  // mouth widths of the actor
+  const LipGauge gauge(corpus.layout);
+  const std::vector<std::string> names = corpus.layout.markerNames();
+  const auto neutral = [&](const std::string& name) {
+    return corpus.neutral_pose_mm.row(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  const double actor_width = (neutral("LIP_CORNER_R") - neutral("LIP_CORNER_L")).norm();
+  const FaceMotion motion = rig.retarget(poses.motion, nullptr, poses.lips);
+  const LipContactMeter meter(rig.mesh(), face.control);
+  std::vector<SungOpening> openings;
+  for (std::size_t i = 0; i < poses.rows.size(); ++i) {
+    const std::string& pose = poses.rows[i].where;
+    const bool is_open = std::any_of(kOpenVowels.begin(), kOpenVowels.end(),
+                                     [&](std::string_view vowel) { return pose.ends_with(vowel); });
+    const bool is_led = poses.lips[i].seal > 0 || poses.lips[i].tuck > 0;  // by an M or F beside it
+    if (!pose.starts_with("a song") || !is_open || is_led) continue;
+    const double apart = gauge.opening(poses.motion.positions_mm.row(signedIndex(i))) - face.actor_closed_lips_mm;
+    if (apart < kOpen * actor_width) continue;
+    VertexPositions shown;
+    rig.deform(motion.pose(FrameIndex{i}), poses.tongue[i], shown);
+    openings.push_back({pose, apart / actor_width, meter.measure(shown).gap / face.control.mouth_width});
+  }
+  return openings;
+}
+
+/// Open vowels that are sung stand as wide open on every head as the singer's own mouth, each by its own width.
+TEST_P(ClickedHeads, OpenAsWideAsWhoSings) {
+  constexpr double kLeastShare = 0.9;  // 0.95 to 1.15 were measured
+  std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (GetParam() >= heads.size()) GTEST_SKIP() << "../shared/faces is not here";
+  ClickedHead& head = heads[GetParam()];
+  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/sample.corpus");
+  static const JudgedPoses poses = judgedPoses(corpus);
+  const FaceFile face = fitFace(head.mesh, head.clicks, "clicks", requestFor(head, corpus));
+  const FaceRig rig = FaceRig::of(face, std::move(head.mesh), head.name);
+  const std::vector<SungOpening> openings = sungOpenings(face, rig, corpus, poses);
+  EXPECT_GE(openings.size(), 3U);
+  for (const SungOpening& one : openings)
+    EXPECT_GE(one.head, kLeastShare * one.actor) << head.name << ", " << one.pose;
 }
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
