@@ -91,8 +91,8 @@ std::vector<bool> tongueOf(const FaceMesh& mesh, std::span<const Triangle> gums,
   return tongue;
 }
 
-/// A piece of gums most of which is nearer to one row of teeth belongs to that row as a whole: beside the tongue the lower
-/// gum comes near the upper teeth.
+/// A piece of gums most of which is nearer to one row of teeth belongs to that row as a whole: beside the tongue the
+/// lower gum comes near the upper teeth.
 void agree(const FaceMesh& mesh, std::span<const Triangle> gums, const std::vector<bool>& tongue,
            std::vector<bool>& is_upper) {
   constexpr double kMost = 0.75;
@@ -122,33 +122,26 @@ void agree(const FaceMesh& mesh, std::span<const Triangle> gums, const std::vect
   }
 }
 
-float distanceTo(const std::vector<Eigen::Vector3f>& row, const Eigen::Vector3f& point) {
-  float nearest = std::numeric_limits<float>::infinity();
-  for (const Eigen::Vector3f& other : row) nearest = std::min(nearest, (other - point).squaredNorm());
-  return nearest;
-}
-
-/// A sample of the teeth is enough: they are a few millimetres apart.
-std::vector<Eigen::Vector3f> samplesOf(const FaceMesh& mesh, std::span<const Triangle> teeth) {
-  constexpr std::size_t kSamples = 400;
-  std::vector<Eigen::Vector3f> points;
-  for (std::size_t i = 0; i < teeth.size(); i += std::max<std::size_t>(1, teeth.size() / kSamples))
-    points.push_back(centroid(mesh, teeth[i]));
-  return points;
+/// How far `point` is from a row of teeth; infinity without any.
+double distanceTo(const TriangleTree& row, const Eigen::Vector3d& point) {
+  const auto foot = row.closest(point);
+  return foot ? (foot->point - point).norm() : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
 
 std::vector<GumPiece> splitGums(const FaceMesh& mesh, std::span<const Triangle> gums,
                                 std::span<const Triangle> upper_teeth, std::span<const Triangle> lower_teeth) {
-  const std::vector<Eigen::Vector3f> upper = samplesOf(mesh, upper_teeth), lower = samplesOf(mesh, lower_teeth);
   Eigen::AlignedBox3f teeth;
-  for (const Eigen::Vector3f& point : upper) teeth.extend(point);
-  for (const Eigen::Vector3f& point : lower) teeth.extend(point);
+  for (const std::span<const Triangle> row : {upper_teeth, lower_teeth}) {
+    for (const Triangle& triangle : row) teeth.extend(centroid(mesh, triangle));
+  }
+  // Whole rows, not samples of them: in the throat both are nearly as far, and a symmetric mouth is to be split evenly.
+  const TriangleTree upper(mesh.vertices, upper_teeth), lower(mesh.vertices, lower_teeth);
   const std::vector<bool> tongue = tongueOf(mesh, gums, teeth.center());
   std::vector<bool> is_upper;
   for (const Triangle& triangle : gums) {
-    const Eigen::Vector3f point = centroid(mesh, triangle);
+    const Eigen::Vector3d point = centroid(mesh, triangle).cast<double>();
     is_upper.push_back(distanceTo(upper, point) < distanceTo(lower, point));
   }
   agree(mesh, gums, tongue, is_upper);

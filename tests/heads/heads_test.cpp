@@ -241,8 +241,7 @@ TEST_P(ClickedHeads, OpenAsWideAsWhoSings) {
   const FaceRig rig = FaceRig::of(face, std::move(head.mesh), head.name);
   const std::vector<SungOpening> openings = sungOpenings(face, rig, corpus, poses);
   EXPECT_GE(openings.size(), 3U);
-  for (const SungOpening& one : openings)
-    EXPECT_GE(one.head, kLeastShare * one.actor) << head.name << ", " << one.pose;
+  for (const SungOpening& one : openings) EXPECT_GE(one.head, kLeastShare * one.actor) << head.name << ", " << one.pose;
 }
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};

@@ -117,8 +117,8 @@ int runAnchors(const AnchorsArguments& given) {
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file);
   if (!given.show.empty())
-    writeFileAtomically(given.show, facePage(*mesh, given.mesh.stem().string(), found.anchors, {},
-                                             dressingOf(bytes, given.mesh)));
+    writeFileAtomically(given.show,
+                        facePage(*mesh, given.mesh.stem().string(), found.anchors, {}, dressingOf(bytes, given.mesh)));
   printNotice("not found:" + found.missing, given.quiet || found.missing.empty());
   if (given.json) {
     printText(file);

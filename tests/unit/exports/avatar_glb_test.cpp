@@ -115,8 +115,7 @@ GlbFile paintedAvatar() {
   GlbFile glb(madeUpAvatar());
   const auto addPicture = [&](const std::string& name, const std::string& mime, const std::string& bytes) {
     glb.binary.append((4 - glb.binary.size() % 4) % 4, '\0');
-    glb.root["bufferViews"].push_back(
-        {{"buffer", 0}, {"byteOffset", glb.binary.size()}, {"byteLength", bytes.size()}});
+    glb.root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", glb.binary.size()}, {"byteLength", bytes.size()}});
     glb.binary += bytes;
     const std::size_t view = glb.root["bufferViews"].size() - 1;
     glb.root["images"].push_back({{"bufferView", view}, {"mimeType", mime}, {"name", name}});
@@ -127,13 +126,10 @@ GlbFile paintedAvatar() {
   const std::size_t webp = addPicture("webp", "image/webp", "RIFF WEBP");
   const std::size_t ktx2 = addPicture("ktx2", "image/ktx2", std::string("\xabKTX 20\0\0", 9));
   glb.root["samplers"] = {{{"magFilter", 9729}, {"wrapS", 33071}}, {{"minFilter", 9987}, {"name", "soft"}}};
-  const auto of = [](const char* extension, std::size_t source) {
-    return json{{extension, {{"source", source}}}};
-  };
-  for (const json& texture :
-       {json{{"source", png}, {"sampler", 0}, {"extensions", of("EXT_texture_webp", webp)}},
-        json{{"sampler", 1}, {"extensions", of("EXT_texture_webp", webp)}},
-        json{{"sampler", 0}, {"name", "basis"}, {"extensions", of("KHR_texture_basisu", ktx2)}}})
+  const auto of = [](const char* extension, std::size_t source) { return json{{extension, {{"source", source}}}}; };
+  for (const json& texture : {json{{"source", png}, {"sampler", 0}, {"extensions", of("EXT_texture_webp", webp)}},
+                              json{{"sampler", 1}, {"extensions", of("EXT_texture_webp", webp)}},
+                              json{{"sampler", 0}, {"name", "basis"}, {"extensions", of("KHR_texture_basisu", ktx2)}}})
     glb.root["textures"].push_back(texture);
   const std::size_t first = glb.root["textures"].size() - 3;
   for (std::size_t m = 1; m < 4; ++m)
