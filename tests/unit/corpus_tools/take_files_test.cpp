@@ -4,14 +4,17 @@
 
 #include <cmath>
 #include <fstream>
+#include <memory>
 
 #include "base/errors.h"
 #include "base/files.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/pose_fit.h"
+#include "hearing/recognition/word_network.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
+#include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
@@ -115,6 +118,37 @@ TEST(ReadTake, WordsComeFromTextAndLexiconWhereLabelsHaveNone) {
   const RawTake take = readTake(files, defaultLayout(), Lexicon::parse("bin B IH N\n", "lexicon"));
   ASSERT_EQ(take.labels.words.size(), 1U);
   EXPECT_EQ(take.labels.words[0].text, "bin");
+}
+
+/// A line and a voice from which no weight of the doubt was learnt.
+TEST(TakeLabeller, AsksTheNetworkAboutWordsInDoubt) {
+  const auto network = std::make_shared<WordNetwork>(MOUTHPIECE_BUILD_SHARE_DIR "/word_network");
+  if (!network->isThere()) GTEST_SKIP() << "the network is not packed for this processor";
+  const AudioClip sound = makeVoice("flite:kal16")->speak("he usually walks the dog before breakfast").audio;
+  const Lexicon lexicon;
+  const auto doubted = [&](const std::shared_ptr<WordNetwork>& by, const std::string& text) {
+    std::string words;
+    for (const DoubtfulWord& word : TakeLabeller(lexicon, by).label(sound, text, "one.wav").doubtful)
+      words += word.text + " ";
+    return words;
+  };
+  const std::string changed = "he usually walks the cat before breakfast";
+  EXPECT_EQ(doubted({}, changed), "");
+  EXPECT_NE(doubted(network, changed).find("cat"), std::string::npos);
+  EXPECT_EQ(doubted(network, "he usually walks the dog before breakfast"), "");
+}
+
+TEST(TakeLabeller, SaysWhyTheNetworkCouldNotBeAsked) {
+  const test::ScratchFolder folder;
+  writeFileAtomically(folder.path() / "hear_words.mjs", std::string_view("process.exit(3);"));
+  const auto broken = std::make_shared<WordNetwork>(folder.path());
+  if (!broken->isThere()) GTEST_SKIP() << "no Node";
+  const AudioClip sound = makeVoice("flite:kal16")->speak("the birch canoe slid on the smooth planks").audio;
+  const Lexicon lexicon;
+  TakeLabeller labeller(lexicon, broken);
+  EXPECT_EQ(labeller.networkFault(), "");
+  EXPECT_FALSE(labeller.label(sound, "measure every garage before you buy", "one.wav").doubtful.empty());
+  EXPECT_TRUE(holds(labeller.networkFault(), "hear_words.mjs: failed")) << labeller.networkFault();
 }
 
 TEST(ReadTake, SoundShorterThanTheLabelsIsRefused) {
