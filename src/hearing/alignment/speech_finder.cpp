@@ -39,25 +39,37 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
+struct Frames {
+  std::size_t first = 0, end = 0;
+};
+
+/// Half a minute of frames, and the minute around it that tells their background.
+struct Window {
+  Frames own, around;
+};
+
+std::vector<Window> windowsOf(std::size_t count) {
+  std::vector<Window> windows;
+  for (std::size_t at = 0; at < count; at += kWindowFrames) {
+    windows.push_back({{at, std::min(count, at + kWindowFrames)},
+                       {at - std::min(at, kWindowFrames / 2), std::min(count, at + kWindowFrames * 3 / 2)}});
+  }
+  return windows;
+}
+
 /// Over its background, frame by frame; the background is the window's quietest twentieth.
 std::vector<bool> loudFrames(const std::vector<double>& db) {
   std::vector<bool> loud(db.size());
-  for (std::size_t at = 0; at < db.size(); at += kWindowFrames) {
-    const std::size_t from = at > kWindowFrames / 2 ? at - kWindowFrames / 2 : 0;
-    const std::size_t to = std::min(db.size(), at + kWindowFrames + kWindowFrames / 2);
-    const std::vector<double> window(db.begin() + signedIndex(from), db.begin() + signedIndex(to));
+  for (const auto& [own, around] : windowsOf(db.size())) {
+    const std::vector<double> window(db.begin() + signedIndex(around.first), db.begin() + signedIndex(around.end));
     const double floor = quantile(window, 0.05), top = quantile(window, 0.95);
     const bool is_steady = top - floor < kLeastRiseDb;
     const double threshold =
         is_steady ? std::max(floor - 1, kSilenceDb + 20) : floor + std::max(kLeastRiseDb, kRiseShare * (top - floor));
-    for (std::size_t i = at; i < std::min(db.size(), at + kWindowFrames); ++i) loud[i] = db[i] > threshold;
+    for (std::size_t i = own.first; i < own.end; ++i) loud[i] = db[i] > threshold;
   }
   return loud;
 }
-
-struct Frames {
-  std::size_t first = 0, end = 0;
-};
 
 std::vector<Frames> runsOf(const std::vector<bool>& loud) {
   std::vector<Frames> runs;
@@ -186,30 +198,57 @@ std::size_t goesOn(const std::vector<bool>& over, std::size_t end, int step) {
   return frames;
 }
 
-/// Speech that begins or ends quietly in a steady noise is less than that as a whole, but more in some band: a run goes
-/// on where a band stays over its background by kOver times what the background changes by.
-void widenInNoise(std::vector<Frames>& runs, const std::vector<double>& db, std::span<const std::int16_t> samples) {
+/// The mean of each level and of the kMean on either side of it.
+std::vector<double> smoothed(const std::vector<double>& levels) {
+  constexpr std::size_t kMean = 5;
+  std::vector<double> means(levels.size());
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const std::size_t from = i - std::min(i, kMean), to = std::min(levels.size(), i + kMean + 1);
+    for (std::size_t at = from; at < to; ++at) means[i] += levels[at] / asReal(to - from);
+  }
+  return means;
+}
+
+/// Where a noisy window has a band that stays over its background by kOver times what the background changes by.
+std::vector<bool> framesOverNoise(const std::vector<Frames>& runs, const std::vector<double>& db,
+                                  std::span<const std::int16_t> samples) {
   constexpr double kNoisyDb = 25, kOver = 4, kLeastChangeDb = 0.4;
-  constexpr std::size_t kMean = 5, kLeastFrames = 30;  // on either side; of background
-  if (runs.empty() || quantile(db, 0.95) - quantile(db, 0.05) > kNoisyDb) return;
+  constexpr std::size_t kLeastFrames = 30;  // of background
   std::vector<bool> is_background(db.size(), true), over(db.size(), false);
   for (const Frames& run : runs) {
     for (std::size_t i = run.first - std::min(run.first, kMarginFrames);
          i < std::min(db.size(), run.end + kMarginFrames); ++i)
       is_background[i] = false;
   }
+  std::vector<Window> noisy = windowsOf(db.size());
+  std::erase_if(noisy, [&](const Window& window) {
+    const std::vector<double> around(db.begin() + signedIndex(window.around.first),
+                                     db.begin() + signedIndex(window.around.end));
+    return quantile(around, 0.95) - quantile(around, 0.05) > kNoisyDb;
+  });
+  if (noisy.empty()) return over;
   for (const std::vector<double>& levels : bandLevels(samples)) {
-    std::vector<double> means(levels.size()), background;
-    for (std::size_t i = 0; i < levels.size(); ++i) {
-      const std::size_t from = i - std::min(i, kMean), to = std::min(levels.size(), i + kMean + 1);
-      for (std::size_t at = from; at < to; ++at) means[i] += levels[at] / asReal(to - from);
-      if (is_background[i]) background.push_back(means[i]);
+    const std::vector<double> means = smoothed(levels);
+    for (const auto& [own, around] : noisy) {
+      std::vector<double> background;
+      for (std::size_t i = around.first; i < std::min(means.size(), around.end); ++i) {
+        if (is_background[i]) background.push_back(means[i]);
+      }
+      if (background.size() < kLeastFrames) continue;
+      const double usual = quantile(background, 0.5);
+      const double change = std::max(kLeastChangeDb, usual - quantile(background, 0.16));
+      for (std::size_t i = own.first; i < std::min(means.size(), own.end); ++i)
+        over[i] = over[i] || means[i] > usual + kOver * change;
     }
-    if (background.size() < kLeastFrames) return;
-    const double usual = quantile(background, 0.5);
-    const double change = std::max(kLeastChangeDb, usual - quantile(background, 0.16));
-    for (std::size_t i = 0; i < means.size(); ++i) over[i] = over[i] || means[i] > usual + kOver * change;
   }
+  return over;
+}
+
+/// Speech that begins or ends quietly in a steady noise is less than that as a whole, but more in some band: a run goes
+/// on there.
+void widenInNoise(std::vector<Frames>& runs, const std::vector<double>& db, std::span<const std::int16_t> samples) {
+  if (runs.empty()) return;
+  const std::vector<bool> over = framesOverNoise(runs, db, samples);
   std::vector<Frames> wider;
   for (const Frames& run : runs) {
     const Frames all{run.first - goesOn(over, run.first, -1), run.end + goesOn(over, run.end, 1)};

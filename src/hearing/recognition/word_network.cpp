@@ -21,7 +21,8 @@ constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
 constexpr double kSoundLimit = 5;
-constexpr std::size_t kMostWords = 1000;  // of a sound
+constexpr std::ptrdiff_t kMostPrograms = 4;  // of 0.3 GB each
+constexpr std::size_t kMostWords = 1000;     // of a sound
 
 std::vector<NetworkWord> parseWords(std::string_view line) {
   std::vector<NetworkWord> words;
@@ -47,7 +48,7 @@ std::string_view bytesOf(std::span<const Value> values) {
 /// A program of the network for as long as this lives; it waits for the next one then, unless it failed.
 class WordNetwork::Asking {
  public:
-  explicit Asking(WordNetwork& network) : network_(network) {
+  explicit Asking(WordNetwork& network) : network_(network), turn_(network.turns_) {
     {
       const std::scoped_lock lock(network_.changing_);
       if (!network_.waiting_.empty()) {
@@ -83,12 +84,21 @@ class WordNetwork::Asking {
   }
 
  private:
+  struct Turn {
+    explicit Turn(std::counting_semaphore<>& turns) : of(turns) { of.acquire(); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    ~Turn() { of.release(); }
+    std::counting_semaphore<>& of;
+  };
+
   WordNetwork& network_;
+  Turn turn_;
   std::unique_ptr<AnsweringChild> child_;
   bool is_well_ = true;
 };
 
-WordNetwork::WordNetwork(fs::path folder) : folder_(std::move(folder)) {}
+WordNetwork::WordNetwork(fs::path folder) : folder_(std::move(folder)), turns_(kMostPrograms) {}
 WordNetwork::~WordNetwork() = default;
 
 bool WordNetwork::isThere() const {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <semaphore>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,7 +26,7 @@ struct WordScore {
 };
 
 /// A network that hears English words: docs/theory/hearing/recognition.md#a-network. A program of its own runs it, from
-/// when it is first asked until this ends; one more for each thread that asks at once. Thread-safe.
+/// when it is first asked until this ends; one more for each thread that asks at once, four at most. Thread-safe.
 class WordNetwork {
  public:
   /// `folder`: with hear_words.mjs and its models, which Node runs.
@@ -50,6 +51,7 @@ class WordNetwork {
   class Asking;
 
   std::filesystem::path folder_;
+  std::counting_semaphore<> turns_;
   std::mutex changing_;
   std::vector<std::unique_ptr<AnsweringChild>> waiting_;  ///< programs that nobody asks just now
 };

@@ -212,6 +212,24 @@ TEST(FindSpeech, GoesOnWhereSpeechIsLessThanASteadyNoiseButNotInItsBand) {
   }
 }
 
+/// The background is that of the half minute: a noise that sets in is none of the speech before it.
+TEST(FindSpeech, GoesOnNoFurtherWhereTheNoiseIsAnotherOneLater) {
+  MadeUpSound sound(9, 180);
+  sound.hiss(0, 120, 300);
+  sound.hiss(120, 180, 400);
+  std::vector<TimeSpan> spoken;
+  for (Seconds from = 4; from < 175; from += 8) spoken.push_back({from, from + 3});
+  for (const TimeSpan& span : spoken) sound.speak(span.start, span.end);
+  const std::vector<SoundStretch> found = findSpeech(sound.samples());
+  for (const TimeSpan& span : spoken) {
+    const auto of = std::find_if(found.begin(), found.end(),
+                                 [&](const SoundStretch& stretch) { return stretch.span.contains(span.middle()); });
+    ASSERT_NE(of, found.end()) << span.start;
+    EXPECT_NEAR(of->span.start, span.start, 0.35);
+    EXPECT_NEAR(of->span.end, span.end, 0.35);
+  }
+}
+
 TEST(FindSpeech, TellsSteadyNoiseAndChordsFromSpeech) {
   MadeUpSound sound(4, 14);
   sound.hiss(1, 4);
