@@ -53,7 +53,9 @@ function(mouthpiece_test name)
     MOUTHPIECE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MOUTHPIECE_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
     MOUTHPIECE_BUILD_SHARE_DIR="${MOUTHPIECE_SHARE_DIR}")
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/tests)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test_bin)
+  # Eight sources at a time, or g++ would take gigabytes: names in their anonymous namespaces may meet.
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test_bin
+    UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   mouthpiece_compile_options(${name} tests)
   if(ARG_PROGRAMS)
     add_dependencies(${name} ${ARG_PROGRAMS})

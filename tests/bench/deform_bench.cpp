@@ -16,12 +16,12 @@ namespace {
 constexpr int kBlendShapes = 52;  // ARKit's number
 
 struct Scene {
-  testing::SampleFace face = testing::makeSampleFace(1.05);
+  samples::SampleFace face = samples::makeSampleFace(1.05);
   ControlMesh control = buildControlMesh(face.names, face.rest, face.known, &face.mesh);
   FaceBinding binding = bindFace(face.mesh, control);
   FaceDeformer deformer{face.mesh, control, binding};
   FaceDeformer portable{face.mesh, control, binding, {.portable_loops = true}};
-  MarkerPositions pose = testing::openMouth(face, 12);
+  MarkerPositions pose = samples::openMouth(face, 12);
   VertexPositions out = face.mesh.vertices;
 
   Eigen::MatrixXf shapes = Eigen::MatrixXf::Random(face.mesh.vertices.size(), kBlendShapes);

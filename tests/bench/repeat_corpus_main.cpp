@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   }
   try {
     const mouthpiece::Corpus original = mouthpiece::readCorpus(argv[1]);
-    mouthpiece::writeCorpus(argv[3], mouthpiece::testing::repeatedCorpus(original, static_cast<std::size_t>(times)));
+    mouthpiece::writeCorpus(argv[3], mouthpiece::samples::repeatedCorpus(original, static_cast<std::size_t>(times)));
   } catch (const mouthpiece::InputError& error) {
     std::cerr << error.what() << '\n';
     return 1;

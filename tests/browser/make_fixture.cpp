@@ -18,7 +18,7 @@ using namespace mouthpiece;
 
 /// Frames of the animation as metres, in the GLB's order: part by part, used vertices rising. In this head every part's
 /// vertices are all used and follow each other, so that is the mesh's own order.
-nlohmann::json expectedFrames(const testing::TalkingHead& head) {
+nlohmann::json expectedFrames(const samples::TalkingHead& head) {
   nlohmann::json frames = nlohmann::json::array();
   for (const Eigen::Index frame : {0, 11, 30, 47, 71, 90, 119}) {
     const Eigen::RowVectorXd metres = 0.001 * head.animation.positions.row(frame).cast<double>();
@@ -31,7 +31,7 @@ nlohmann::json expectedFrames(const testing::TalkingHead& head) {
 }
 
 void makeFixture(const std::filesystem::path& page_template, const std::filesystem::path& folder) {
-  auto head = testing::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
+  auto head = samples::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
   head.utterance.warnings = {"'<b>oh</b>' at 0.2 s may not be what was said"};
   const auto shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   const std::string glb = glbBytes(head.mesh, shapes, "talking_head");

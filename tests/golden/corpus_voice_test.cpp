@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-const fs::path kShare = MOUTHPIECE_BUILD_SHARE_DIR;
+const fs::path kVoiceShare = MOUTHPIECE_BUILD_SHARE_DIR;
 const fs::path kTakes = fs::path(MOUTHPIECE_BUILD_DIR) / "sample_takes";
 
 class CorpusVoice : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kShare / "sample.corpus") || !fs::exists(kTakes)) {
-      GTEST_SKIP() << "no sample corpus in " << kShare << ": run `make data`";
+    if (!fs::exists(kVoiceShare / "sample.corpus") || !fs::exists(kTakes)) {
+      GTEST_SKIP() << "no sample corpus in " << kVoiceShare << ": run `make data`";
     }
   }
 

@@ -92,9 +92,9 @@ struct Held {
 };
 
 void expectHeld(const json& row, const std::vector<Held>& figures) {
-  constexpr double kShare = 0.03;
+  constexpr double kLeast = 0.03;
   for (const Held& held : figures) {
-    const double found = row.at(held.measure).get<double>(), step = std::max(kShare * held.usual, held.least_step);
+    const double found = row.at(held.measure).get<double>(), step = std::max(kLeast * held.usual, held.least_step);
     if (held.more_is_better) {
       EXPECT_GE(found, held.usual - step) << row.at("method") << ", " << held.measure;
     } else {

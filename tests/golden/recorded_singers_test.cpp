@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSingers = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/singing_vowels";
+const fs::path kMarkedSingers = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/singing_vowels";
 constexpr const char* kLexicon =
     "ba B AA\nbi B IY\nbo B OW\nhe HH EH\nhi HH IY\nhya HH Y AA\nhyu HH Y UW\nka K AA\nke K "
     "EH\nken K EH N\n"
@@ -25,7 +25,7 @@ constexpr const char* kLexicon =
 
 /// Where the marked vowels begin to be steady: 30 ms after their onset, later after a glide.
 std::vector<Seconds> markedVowels(const std::string& file) {
-  std::ifstream labels(kSingers / "labels.csv");
+  std::ifstream labels(kMarkedSingers / "labels.csv");
   std::vector<Seconds> starts;
   for (std::string line; std::getline(labels, line);) {
     std::istringstream fields(line);
@@ -43,7 +43,7 @@ std::vector<Seconds> markedVowels(const std::string& file) {
 class RecordedSingers : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kSingers / "labels.csv")) GTEST_SKIP() << "no ../shared/singing_vowels: no recorded singers";
+    if (!fs::exists(kMarkedSingers / "labels.csv")) GTEST_SKIP() << "no ../shared/singing_vowels: no recorded singers";
   }
 
   /// How much later than marked the vowels are found, s.
@@ -51,7 +51,7 @@ class RecordedSingers : public testing::Test {
     const fs::path lexicon = scratch_.write("lexicon.txt", kLexicon);
     const std::string out = (scratch_.path() / "found.TextGrid").string();
     const ProgramResult result =
-        runProgram("corpus", {"align", (kSingers / "audio" / file).string(), "--sung", "--transcript", words,
+        runProgram("corpus", {"align", (kMarkedSingers / "audio" / file).string(), "--sung", "--transcript", words,
                               "--lexicon", lexicon.string(), "--out", out, "--quiet"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     if (result.exit_code != 0) return {};
@@ -110,7 +110,7 @@ TEST_F(RecordedSingers, AHeldPitchIsOneNoteWithoutVibrato) {
                                  std::pair("dorodoro_0007.flac", 192.0), std::pair("scottpoid_0016.flac", 194.4)}) {
     const std::string out = (scratch_.path() / "tags.json").string();
     const ProgramResult result =
-        runProgram("corpus", {"tag", (kSingers / "audio" / file).string(), "--out", out, "--quiet"});
+        runProgram("corpus", {"tag", (kMarkedSingers / "audio" / file).string(), "--out", out, "--quiet"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const auto tags = nlohmann::json::parse(readAll(out));
     EXPECT_FALSE(tags.at("notes").empty()) << file;
@@ -128,7 +128,7 @@ TEST_F(RecordedSingers, EverySyllableIsANoteThoughNoWordsAreGiven) {
                                  "scottpoid_0016.flac", "ibuki_0001.flac"}) {
     const std::string out = (scratch_.path() / "tags.json").string();
     const ProgramResult result =
-        runProgram("corpus", {"tag", (kSingers / "audio" / file).string(), "--out", out, "--quiet"});
+        runProgram("corpus", {"tag", (kMarkedSingers / "audio" / file).string(), "--out", out, "--quiet"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const auto notes = nlohmann::json::parse(readAll(out)).at("notes");
     found += notes.size();

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-const fs::path kShare = MOUTHPIECE_BUILD_SHARE_DIR;
+const fs::path kSpokenShare = MOUTHPIECE_BUILD_SHARE_DIR;
 
 /// Sentences of the time grammar that are not among the 55 of the sample corpus (checked below).
 const std::vector<std::string> kNewTimeSentences = {
@@ -39,7 +39,7 @@ const std::vector<std::string> kOtherSentences = {"good evening and welcome to t
 class Speak : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kShare / "sample.corpus")) GTEST_SKIP() << "no sample corpus in " << kShare << ": run `make data`";
+    if (!fs::exists(kSpokenShare / "sample.corpus")) GTEST_SKIP() << "no sample corpus in " << kSpokenShare << ": run `make data`";
   }
 
   json speak(const std::vector<std::string>& arguments) {
@@ -131,7 +131,7 @@ TEST_F(Speak, FrameRateAndDurationFollowTheOptions) {
 }
 
 TEST_F(Speak, TenNewSentencesOfTheGrammarNeedNoBackoff) {
-  const json prompts = json::parse(runProgram("corpus", {"info", (kShare / "sample.corpus").string(), "--json"}).out);
+  const json prompts = json::parse(runProgram("corpus", {"info", (kSpokenShare / "sample.corpus").string(), "--json"}).out);
   for (const std::string& text : kNewTimeSentences) {
     EXPECT_EQ(prompts.dump().find("\"" + text + "\""), std::string::npos) << text << " is one of the 55";
     const json report = speak({"--text", text});

@@ -323,12 +323,12 @@ class CheapestCover : public ::testing::Test {
   /// Calls check(chance, corpus, line) for corpora and lines at random.
   template <typename Check>
   void forRandomLines(std::uint64_t rounds, const Check& check) {
-    const std::uint64_t first = testing::firstSeed();
+    const std::uint64_t first = samples::firstSeed();
     for (std::uint64_t seed = first; seed < first + rounds && !HasFatalFailure(); ++seed) {
       SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
-      testing::Chance chance(seed);
-      const Corpus corpus = testing::randomCorpus(chance);
-      check(chance, corpus, testing::tinyLabels(testing::randomWords(chance), 1 + chance.below(1'000'000)));
+      samples::Chance chance(seed);
+      const Corpus corpus = samples::randomCorpus(chance);
+      check(chance, corpus, samples::tinyLabels(samples::randomWords(chance), 1 + chance.below(1'000'000)));
     }
     EXPECT_GT(compared_, rounds / 20) << "of " << rounds << " lines hardly one could be compared";
   }
@@ -337,7 +337,7 @@ class CheapestCover : public ::testing::Test {
 };
 
 TEST_F(CheapestCover, OfFragmentsIsTheLeastOfAll) {
-  forRandomLines(300, [&](testing::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
+  forRandomLines(300, [&](samples::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
     const UnitDatabase database(corpus);
     SelectionOptions options{.method = SelectionMethod::kViterbi, .candidates_kept = 1000};
     options.units = chance.oneIn(2) ? UnitScales::kPaper : UnitScales::kAny;
@@ -364,7 +364,7 @@ TEST_F(CheapestCover, OfFragmentsIsTheLeastOfAll) {
 
 /// Greedy takes the longest fragment there is, and of those the one with the least cost behind the unit before.
 TEST_F(CheapestCover, OfGreedyIsTheLongestAndThenTheCheapestEachTime) {
-  forRandomLines(300, [&](testing::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
+  forRandomLines(300, [&](samples::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
     const UnitDatabase database(corpus);
     SelectionOptions options;
     options.units = chance.oneIn(3) ? UnitScales::kAny : UnitScales::kPaper;
@@ -403,9 +403,9 @@ TEST_F(CheapestCover, OfGreedyIsTheLongestAndThenTheCheapestEachTime) {
 }
 
 TEST_F(CheapestCover, OfPairsIsTheLeastOfAll) {
-  forRandomLines(300, [&](testing::Chance& /*chance*/, const Corpus& plain, const SpeechLabels& line) {
+  forRandomLines(300, [&](samples::Chance& /*chance*/, const Corpus& plain, const SpeechLabels& line) {
     Corpus corpus = plain;
-    corpus.trajectory_model = testing::tinyModel(corpus);
+    corpus.trajectory_model = samples::tinyModel(corpus);
     for (const CorpusTake& take : corpus.takes) {
       if (isSaidAlike(line, take.labels)) return;  // a take in its own time is not searched for
     }
@@ -446,9 +446,9 @@ TEST_F(CheapestCover, OfPairsIsTheLeastOfAll) {
 
 /// Fewer places to choose from never make a line cheaper, and none but the line's own take beats that take.
 TEST_F(CheapestCover, NeverFallsWhenLessIsKept) {
-  forRandomLines(150, [&](testing::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
+  forRandomLines(150, [&](samples::Chance& chance, const Corpus& corpus, const SpeechLabels& line) {
     Corpus modelled = corpus;
-    if (chance.oneIn(2)) modelled.trajectory_model = testing::tinyModel(modelled);
+    if (chance.oneIn(2)) modelled.trajectory_model = samples::tinyModel(modelled);
     const UnitDatabase database(modelled);
     double before = -1;
     for (const std::size_t kept : {1000U, 4U, 1U}) {

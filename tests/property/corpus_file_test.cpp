@@ -20,7 +20,7 @@ namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::Chance;
+using samples::Chance;
 
 std::string randomText(Chance& chance) {
   constexpr std::array<const char*, 8> kPieces{"now", "'", "\"", "\xC3\xA9", "%s", "\n", "; DROP TABLE takes", " "};
@@ -31,7 +31,7 @@ std::string randomText(Chance& chance) {
 
 /// With texts, sounds, a model and weights at random.
 Corpus anyCorpus(Chance& chance) {
-  Corpus corpus = testing::randomCorpus(chance);
+  Corpus corpus = samples::randomCorpus(chance);
   for (CorpusTake& take : corpus.takes) {
     take.text = randomText(chance);
     if (chance.oneIn(3)) take.audio.samples.clear();
@@ -40,7 +40,7 @@ Corpus anyCorpus(Chance& chance) {
   for (std::size_t i = chance.below(4); i > 0; --i) corpus.build_log["key " + std::to_string(i)] = randomText(chance);
   if (chance.oneIn(3)) corpus.viseme_poses = R"({"any": "text"})";
   if (chance.oneIn(3)) return corpus;
-  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(corpus));
+  auto model = std::make_shared<TrajectoryModel>(*samples::tinyModel(corpus));
   model->gain = static_cast<float>(chance.between(0.1, 3));
   for (ComponentDynamics& dynamics : model->dynamics) {  // as the file holds them: shapes are computed from that
     dynamics.time_constant = static_cast<float>(dynamics.time_constant);
@@ -121,7 +121,7 @@ class CorpusFileProperty : public ::testing::Test {
 };
 
 TEST_F(CorpusFileProperty, WhatIsWrittenIsReadAndWrittenAlike) {
-  const std::uint64_t first = testing::firstSeed();
+  const std::uint64_t first = samples::firstSeed();
   for (std::uint64_t seed = first; seed < first + 60 && !HasFailure(); ++seed) {
     SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
     Chance chance(seed);
@@ -167,7 +167,7 @@ std::string damaged(std::string bytes, Chance& chance) {
 }
 
 TEST_F(CorpusFileProperty, ADamagedFileIsRefusedOrSaysTheSame) {
-  const std::uint64_t first = testing::firstSeed();
+  const std::uint64_t first = samples::firstSeed();
   std::size_t refused = 0;
   for (std::uint64_t seed = first; seed < first + 400 && !HasFailure(); ++seed) {
     SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
@@ -191,12 +191,12 @@ TEST_F(CorpusFileProperty, ADamagedFileIsRefusedOrSaysTheSame) {
 
 /// A row that is missing is missed, wherever it was: all checksums are right.
 TEST_F(CorpusFileProperty, AMissingRowIsMissed) {
-  const std::uint64_t first = testing::firstSeed();
+  const std::uint64_t first = samples::firstSeed();
   for (std::uint64_t seed = first; seed < first + 100 && !HasFailure(); ++seed) {
     SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
     Chance chance(seed);
-    Corpus corpus = testing::randomCorpus(chance);
-    corpus.trajectory_model = testing::tinyModel(corpus);
+    Corpus corpus = samples::randomCorpus(chance);
+    corpus.trajectory_model = samples::tinyModel(corpus);
     corpus.build_log.clear();
     writeCorpus(path_, corpus);
     const std::string table(kCorpusTables[chance.below(kCorpusTables.size() - 1)].name);  // poses may be missing

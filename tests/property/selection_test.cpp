@@ -36,9 +36,9 @@ SpeechLabels randomLine(std::mt19937_64& random) {
 /// The paper's loop never ends when a diphone is missing; ours covers the line or names a pair, whatever the phones.
 TEST(SelectionProperty, NeverLoopsOnAnyPhones) {
   const std::uint64_t base = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
-  const Corpus plain = testing::tinyCorpus();
+  const Corpus plain = samples::tinyCorpus();
   Corpus modelled = plain;
-  modelled.trajectory_model = testing::tinyModel(modelled);
+  modelled.trajectory_model = samples::tinyModel(modelled);
   const UnitDatabase plain_database(plain), modelled_database(modelled);
   std::size_t covered = 0;
   for (std::uint64_t round = 0; round < 400; ++round) {

@@ -8,7 +8,7 @@
 
 #include "support/tiny_corpus.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 std::string randomWords(Chance& chance) {
   constexpr std::array<const char*, 5> kPhones{"T", "AE", "M", "IY", "B"};
@@ -54,4 +54,4 @@ std::uint64_t firstSeed() {
   return seed;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

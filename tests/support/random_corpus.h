@@ -5,7 +5,7 @@
 
 #include "units/file/corpus.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// Chance that can be had again: every draw follows from the seed alone, on every machine.
 class Chance {
@@ -29,4 +29,4 @@ Corpus randomCorpus(Chance& chance);
 /// The first of as many seeds as a test tries: always the same, or that of the variable MOUTHPIECE_SEED.
 std::uint64_t firstSeed();
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

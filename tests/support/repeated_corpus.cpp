@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 namespace {
 
 /// The original's takes in turn, each as long as its labels want it.
@@ -55,4 +55,4 @@ Corpus repeatedCorpus(const Corpus& original, std::size_t times) {
   return corpus;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -4,7 +4,7 @@
 
 #include "units/file/corpus.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// The takes of `original` over and over, `times` times, under names of their own: a corpus of hours from one of
 /// minutes. Motion is that of the original, which must outlive it; there is no sound. Each round's phones last a little
@@ -12,4 +12,4 @@ namespace mouthpiece::testing {
 /// at labels.
 Corpus repeatedCorpus(const Corpus& original, std::size_t times);
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -5,7 +5,7 @@
 
 #include "phonetics/labels/speech_labels.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// Phones of given lengths between two silences of 0.5 s, in no word.
 inline SpeechLabels spokenPhones(const std::vector<std::pair<Phone, Seconds>>& phones) {
@@ -20,4 +20,4 @@ inline SpeechLabels spokenPhones(const std::vector<std::pair<Phone, Seconds>>& p
   return labels;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

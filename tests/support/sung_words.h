@@ -5,7 +5,7 @@
 
 #include "singing/song.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// A note by its length alone: it begins where the one before ends.
 struct HeldNote {
@@ -40,4 +40,4 @@ class SungWords {
   Song song_;
 };
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -6,7 +6,7 @@
 
 #include "phonetics/labels/labels_builder.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 namespace {
 
 constexpr double kSilence = 0.2;
@@ -137,4 +137,4 @@ std::vector<double> lipOpening(const MotionClip& motion) {
   return opening;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

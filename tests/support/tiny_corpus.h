@@ -7,7 +7,7 @@
 
 #include "units/file/corpus.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// Labels of "DH-AH T-AY-M | N-AW": words apart by blanks, their phones by hyphens, "|" a pause; silence of 0.2 s at
 /// the ends. Durations vary with `seed`, between 60 and 140 ms; 0: all 100 ms.
@@ -26,4 +26,4 @@ Corpus tinyCorpus();
 /// Distance of the lips, mm, in each frame.
 std::vector<double> lipOpening(const MotionClip& motion);
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -1,6 +1,6 @@
 #include "support/tiny_model.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 std::shared_ptr<const TrajectoryModel> tinyModel(const Corpus& corpus) {
   auto model = std::make_shared<TrajectoryModel>();
@@ -27,4 +27,4 @@ std::shared_ptr<const TrajectoryModel> tinyModel(const Corpus& corpus) {
   return model;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

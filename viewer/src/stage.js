@@ -10,6 +10,8 @@ import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { materialFor } from './materials.js';
 
 const FIELD_OF_VIEW_DEG = 24;
+/** Pixels along an edge of the cube of light around the face. */
+const ENVIRONMENT_SIZE = 64;
 /** A little from the side: a face seen square on looks flat. */
 const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
 
@@ -133,7 +135,9 @@ export class Stage {
     Object.assign(key.shadow.camera, { left: -1.6 * radius, right: 1.6 * radius, top: 1.6 * radius, bottom: -1.6 * radius, near: 2 * radius, far: 8 * radius });
 
     const generator = new PMREMGenerator(this.renderer);
-    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.06).texture;
+    // three makes no less than 256 of it: seconds where no graphics card draws, for light that looks the same on a face.
+    generator._setSize = (size) => { generator._cubeSize = size; };
+    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.06, 0.1, 100, { size: ENVIRONMENT_SIZE }).texture;
     this.scene.environmentIntensity = 0.32;
     generator.dispose();
   }

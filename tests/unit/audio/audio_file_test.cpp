@@ -12,6 +12,7 @@
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {
@@ -37,15 +38,6 @@ AudioClip sine(int sample_rate_hz, double frequency_hz, std::size_t size) {
     clip.samples.push_back(static_cast<float>(0.5 * std::sin(phase)));
   }
   return clip;
-}
-
-std::string errorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 void writeWithSndfile(const fs::path& path, int format, int channels, const std::vector<float>& samples) {

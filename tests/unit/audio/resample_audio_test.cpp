@@ -17,7 +17,7 @@ double sineAt(double frequency_hz, double time_s) {
   return 0.5 * std::sin(2 * std::numbers::pi * frequency_hz * time_s);
 }
 
-AudioClip sine(int sample_rate_hz, double frequency_hz, double duration_s) {
+AudioClip tone(int sample_rate_hz, double frequency_hz, double duration_s) {
   AudioClip clip{.sample_rate_hz = sample_rate_hz, .samples = {}};
   for (int i = 0; i < duration_s * sample_rate_hz; ++i) {
     clip.samples.push_back(static_cast<float>(sineAt(frequency_hz, static_cast<double>(i) / sample_rate_hz)));
@@ -42,7 +42,7 @@ TEST(ResampleAudio, KeepsTonesInsideTheBand) {
        {std::pair{44100, 16000}, {32000, 16000}, {16000, 48000}, {16000, 22050}, {8000, 44101}}) {
     const double highest = 0.4 * std::min(from, to);
     for (const double frequency : {100.0, 1000.0, highest}) {
-      const AudioClip clip = resampleAudio(sine(from, frequency, 0.2), to);
+      const AudioClip clip = resampleAudio(tone(from, frequency, 0.2), to);
       EXPECT_EQ(clip.sample_rate_hz, to);
       EXPECT_NEAR(clip.duration(), 0.2, 1.0 / to);
       EXPECT_LT(worstError(clip, frequency, 1), kTolerance) << from << " to " << to << " at " << frequency;
@@ -52,8 +52,8 @@ TEST(ResampleAudio, KeepsTonesInsideTheBand) {
 
 TEST(ResampleAudio, StopsTonesAboveTheNewBand) {
   constexpr double kTolerance = 0.5 * 3.2e-5;  // 90 dB under the tone
-  EXPECT_LT(worstError(resampleAudio(sine(48000, 8600, 0.2), 16000), 0, 0), kTolerance);
-  EXPECT_LT(worstError(resampleAudio(sine(48000, 15000, 0.2), 16000), 0, 0), kTolerance);
+  EXPECT_LT(worstError(resampleAudio(tone(48000, 8600, 0.2), 16000), 0, 0), kTolerance);
+  EXPECT_LT(worstError(resampleAudio(tone(48000, 15000, 0.2), 16000), 0, 0), kTolerance);
 }
 
 TEST(ResampleAudio, KeepsConstantsExactly) {
@@ -62,7 +62,7 @@ TEST(ResampleAudio, KeepsConstantsExactly) {
 }
 
 TEST(ResampleAudio, ChangesNothingAtTheSameRate) {
-  const AudioClip clip = sine(16000, 300, 0.1);
+  const AudioClip clip = tone(16000, 300, 0.1);
   EXPECT_EQ(resampleAudio(clip, 16000).samples, clip.samples);
 }
 
@@ -70,7 +70,7 @@ TEST(StretchAudio, LowersTonesAndLastsLonger) {
   constexpr double kTolerance = 0.5 * 3.2e-4;  // 70 dB under the tone
   for (const double factor : {1.0001, 0.9998, 1.0}) {
     for (const double frequency : {100.0, 1000.0, 6400.0}) {
-      const AudioClip clip = stretchAudio(sine(16000, frequency, 10), factor);
+      const AudioClip clip = stretchAudio(tone(16000, frequency, 10), factor);
       EXPECT_NEAR(clip.duration(), 10 * factor, 1e-4);
       EXPECT_LT(worstError(clip, frequency / factor, 1), kTolerance) << factor << " at " << frequency;
     }
@@ -80,7 +80,7 @@ TEST(StretchAudio, LowersTonesAndLastsLonger) {
 TEST(LiveResampler, GivesTheSameSamplesInChunksOfAnySize) {
   std::mt19937 random(11);
   for (const int from : {16000, 22050, 44100, 48000}) {
-    const AudioClip clip = sine(from, 700, 0.2);
+    const AudioClip clip = tone(from, 700, 0.2);
     const std::vector<float> whole = resampleAudio(clip, 16000).samples;
     LiveResampler live(from, 16000);
     std::vector<float> made;

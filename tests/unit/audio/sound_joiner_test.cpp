@@ -10,14 +10,14 @@
 namespace mouthpiece {
 namespace {
 
-constexpr int kRateHz = 16000;
+constexpr int kJoinedRateHz = 16000;
 
 /// A buzz like a voice's: a few harmonics of a pitch that may change, `level` high.
 AudioClip buzz(Seconds duration, const std::function<double(Seconds)>& hz, double level = 0.1) {
-  AudioClip clip{kRateHz, {}};
+  AudioClip clip{kJoinedRateHz, {}};
   double phase = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kRateHz); ++i) {
-    phase += 2 * std::numbers::pi * hz(static_cast<double>(i) / kRateHz) / kRateHz;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kJoinedRateHz); ++i) {
+    phase += 2 * std::numbers::pi * hz(static_cast<double>(i) / kJoinedRateHz) / kJoinedRateHz;
     double sample = 0;
     for (int harmonic = 1; harmonic <= 8; ++harmonic) sample += std::cos(harmonic * phase) / harmonic;
     clip.samples.push_back(static_cast<float>(level * sample));
@@ -26,16 +26,16 @@ AudioClip buzz(Seconds duration, const std::function<double(Seconds)>& hz, doubl
 }
 
 AudioClip hiss(Seconds duration, double level) {
-  AudioClip clip{kRateHz, {}};
+  AudioClip clip{kJoinedRateHz, {}};
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, static_cast<float>(level));
-  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kRateHz); ++i) clip.samples.push_back(normal(random));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kJoinedRateHz); ++i) clip.samples.push_back(normal(random));
   return clip;
 }
 
 double rms(const AudioClip& clip, Seconds from, Seconds to) {
   double energy = 0;
-  const auto begin = static_cast<std::size_t>(from * kRateHz), end = static_cast<std::size_t>(to * kRateHz);
+  const auto begin = static_cast<std::size_t>(from * kJoinedRateHz), end = static_cast<std::size_t>(to * kJoinedRateHz);
   for (std::size_t i = begin; i < end; ++i) energy += static_cast<double>(clip.samples[i]) * clip.samples[i];
   return std::sqrt(energy / static_cast<double>(end - begin));
 }
@@ -52,7 +52,7 @@ TEST(PitchTrack, FollowsVibratoToWithinTenCents) {
 }
 
 TEST(PitchTrack, HissAndSilenceHaveNone) {
-  for (const AudioClip& clip : {hiss(0.5, 0.1), AudioClip{kRateHz, std::vector<float>(8000, 0.0F)}}) {
+  for (const AudioClip& clip : {hiss(0.5, 0.1), AudioClip{kJoinedRateHz, std::vector<float>(8000, 0.0F)}}) {
     const PitchTrack pitch = trackPitch(clip);
     std::size_t voiced = 0;
     for (const PitchFrame& frame : pitch.frames) voiced += frame.hz > 0 ? 1 : 0;
@@ -77,7 +77,7 @@ TEST(PitchMarks, OneAPeriodAtTheSamePlaceOfEach) {
 
 TEST(SoundJoiner, OnePieceIsTheRecordingItself) {
   const MarkedSound sound = markSound(buzz(0.6, [](Seconds time) { return 120 + 60 * time; }));
-  const AudioClip joined = joinSounds({{&sound, {0, 0.6}, {0, 0.6}}}, kRateHz);
+  const AudioClip joined = joinSounds({{&sound, {0, 0.6}, {0, 0.6}}}, kJoinedRateHz);
   ASSERT_EQ(joined.samples.size(), sound.clip.samples.size());
   for (std::size_t i = 400; i + 400 < joined.samples.size(); ++i) {
     ASSERT_NEAR(joined.samples[i], sound.clip.samples[i], 1e-5) << i;
@@ -89,7 +89,7 @@ TEST(SoundJoiner, PitchAndLevelMeetAtTheJoin) {
       0.8, [](Seconds) { return 120.0; }, 0.06));
   const MarkedSound high = markSound(buzz(
       0.8, [](Seconds) { return 150.0; }, 0.11));
-  const AudioClip joined = joinSounds({{&low, {0, 0.5}, {0, 0.5}}, {&high, {0.3, 0.8}, {0.5, 1.0}}}, kRateHz);
+  const AudioClip joined = joinSounds({{&low, {0, 0.5}, {0, 0.5}}, {&high, {0.3, 0.8}, {0.5, 1.0}}}, kJoinedRateHz);
   const PitchTrack pitch = trackPitch(joined);
   EXPECT_NEAR(pitch.hzAt(0.2), 120, 1) << "far from the join it is the recording's own";
   EXPECT_NEAR(pitch.hzAt(0.8), 150, 1);
@@ -112,9 +112,9 @@ TEST(SoundJoiner, JoinsDoNotClick) {
     steepest = std::max(steepest, std::abs(a.clip.samples[i] - a.clip.samples[i - 1]));
   }
   for (Seconds cut = 0.2; cut < 0.21; cut += 0.0007) {  // at every phase of the period
-    const AudioClip joined = joinSounds({{&a, {0, cut}, {0, cut}}, {&b, {0.25, 0.5}, {cut, cut + 0.25}}}, kRateHz);
-    const auto end = static_cast<std::size_t>((cut + 0.05) * kRateHz);
-    for (auto i = static_cast<std::size_t>((cut - 0.05) * kRateHz); i < end; ++i) {
+    const AudioClip joined = joinSounds({{&a, {0, cut}, {0, cut}}, {&b, {0.25, 0.5}, {cut, cut + 0.25}}}, kJoinedRateHz);
+    const auto end = static_cast<std::size_t>((cut + 0.05) * kJoinedRateHz);
+    for (auto i = static_cast<std::size_t>((cut - 0.05) * kJoinedRateHz); i < end; ++i) {
       ASSERT_LT(std::abs(joined.samples[i] - joined.samples[i - 1]), 1.3F * steepest) << cut << " at " << i;
     }
   }
@@ -122,12 +122,12 @@ TEST(SoundJoiner, JoinsDoNotClick) {
 
 TEST(SoundJoiner, SlowerKeepsThePitch) {
   const MarkedSound sound = markSound(buzz(0.6, [](Seconds) { return 140.0; }));
-  const AudioClip slow = joinSounds({{&sound, {0, 0.6}, {0, 0.9}}}, kRateHz);
+  const AudioClip slow = joinSounds({{&sound, {0, 0.6}, {0, 0.9}}}, kJoinedRateHz);
   EXPECT_NEAR(slow.duration(), 0.9, 1e-3);
   EXPECT_NEAR(trackPitch(slow).hzAt(0.45), 140, 2);
 }
 
-TEST(SoundJoiner, NothingMakesNothing) { EXPECT_TRUE(joinSounds({}, kRateHz).samples.empty()); }
+TEST(SoundJoiner, NothingMakesNothing) { EXPECT_TRUE(joinSounds({}, kJoinedRateHz).samples.empty()); }
 
 }  // namespace
 }  // namespace mouthpiece

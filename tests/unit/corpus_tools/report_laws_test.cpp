@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr unsigned kSeeds = 12;
+constexpr unsigned kReportSeeds = 12;
 
 Corpus randomCorpus(unsigned seed) {
   std::mt19937 random(seed);
@@ -59,7 +59,7 @@ std::map<NamePair, std::size_t> pairCounts(const Corpus& corpus) {
 }
 
 TEST(ReportLaws, CountsPhonesAndPairsAsTheyStand) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kReportSeeds; ++seed) {
     SCOPED_TRACE(seed);
     const Corpus corpus = randomCorpus(seed);
     const json report = json::parse(corpusReportJson(corpus));
@@ -90,7 +90,7 @@ TEST(ReportLaws, CountsPhonesAndPairsAsTheyStand) {
 
 /// Of a language whose words are those of the corpus, nothing is missing; of one with another phone, that is.
 TEST(ReportLaws, MissingIsWhatTheLanguageAsksFor) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kReportSeeds; ++seed) {
     SCOPED_TRACE(seed);
     const Corpus corpus = randomCorpus(seed);
     ReportOptions options;
@@ -113,7 +113,7 @@ TEST(ReportLaws, MissingIsWhatTheLanguageAsksFor) {
 }
 
 TEST(FactsLaws, CountWhatIsThere) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kReportSeeds; ++seed) {
     SCOPED_TRACE(seed);
     const Corpus corpus = randomCorpus(seed);
     const json facts = json::parse(corpusFactsJson(corpus));
@@ -161,7 +161,7 @@ TEST(DataPageLaws, NoTextEndsTheScript) {
 
 /// The cameras' picture of a face: with neither noise nor gaps all distances within face and jig are kept.
 TEST(SampleCaptureLaws, WithoutNoiseTheHeadIsRigid) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kReportSeeds; ++seed) {
     SCOPED_TRACE(seed);
     SyntheticTake take;
     SampleCaptureOptions options{.seed = seed, .noise_mm = 0, .gaps_per_take = 0, .long_gap_chance = 0};
@@ -179,7 +179,7 @@ TEST(SampleCaptureLaws, WithoutNoiseTheHeadIsRigid) {
 }
 
 TEST(SampleCaptureLaws, HiddenSamplesAreCounted) {
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kReportSeeds; ++seed) {
     SCOPED_TRACE(seed);
     SyntheticTake take;
     const SampleCapture capture = captureSample(take.truth(), take.labels(), {.seed = seed, .gaps_per_take = 12});

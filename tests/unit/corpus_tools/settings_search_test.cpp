@@ -33,7 +33,7 @@ double bowl(const TwoWeights& weights, double a, double b) {
 }
 
 TEST(CoordinateSearch, FindsTheLeastOfABowlWithinItsReach) {
-  testing::Chance chance(testing::firstSeed());
+  samples::Chance chance(samples::firstSeed());
   for (int round = 0; round < 50; ++round) {
     const double a = std::exp(chance.between(-1.5, 1.5)), b = std::exp(chance.between(-1.5, 1.5));
     const auto score = [&](const TwoWeights& weights) { return bowl(weights, a, b); };

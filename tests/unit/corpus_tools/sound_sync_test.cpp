@@ -19,16 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kRateHz = 16000;
+constexpr int kSoundRateHz = 16000;
 
 /// Noise in syllables: as loud as speech is at times.
 AudioClip babble(Seconds length, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   std::uniform_real_distribution<double> some(0, 1);
-  AudioClip clip{kRateHz, {}};
+  AudioClip clip{kSoundRateHz, {}};
   double loud = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(length * kRateHz); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(length * kSoundRateHz); ++i) {
     if (i % 2000 == 0) loud = some(random) < 0.3 ? 0 : some(random);
     clip.samples.push_back(asFloat(0.05 * loud * noise(random)));
   }
@@ -74,14 +74,14 @@ TEST(SoundSync, FindsASoundInWhatARecorderHeard) {
 
 TEST(SoundSync, IsNotSureOfAnotherSound) {
   EXPECT_FALSE(placeOfSameSound(babble(4, 3), acrossTheRoom(babble(40, 1), 0.002, 2)).is_sure);
-  EXPECT_FALSE(placeOfSameSound({kRateHz, std::vector<float>(32000, 0.0F)}, babble(10, 1)).is_sure);
+  EXPECT_FALSE(placeOfSameSound({kSoundRateHz, std::vector<float>(32000, 0.0F)}, babble(10, 1)).is_sure);
   EXPECT_NE(errorOf([] { placeOfSameSound(babble(0.3, 1), babble(10, 1)); }).find("0.30 s"), std::string::npos);
 }
 
 /// Sounds of a real speaker, end to end.
 AudioClip speech(std::size_t first, std::size_t count) {
   const fs::path takes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
-  AudioClip all{kRateHz, {}};
+  AudioClip all{kSoundRateHz, {}};
   if (!fs::exists(takes)) return all;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(takes)) {
@@ -162,12 +162,12 @@ TEST(SoundSync, FindsTheClapBesideSpeech) {
 }
 
 TEST(SoundSync, DoesNotChooseBetweenTwoClaps) {
-  AudioClip twice{kRateHz, std::vector<float>(5 * kRateHz, 0.0F)};
+  AudioClip twice{kSoundRateHz, std::vector<float>(5 * kSoundRateHz, 0.0F)};
   for (const Seconds time : {1.0, 3.0}) addClap(twice, time, 0.5, 0.01, 1);
   EXPECT_FALSE(clapIn(twice));
   EXPECT_NEAR(clapIn(part(twice, 0, 2)).value_or(0), 1, 0.002);
-  EXPECT_FALSE(clapIn({kRateHz, std::vector<float>(kRateHz, 0.0F)}));
-  EXPECT_FALSE(clapIn({kRateHz, {}}));
+  EXPECT_FALSE(clapIn({kSoundRateHz, std::vector<float>(kSoundRateHz, 0.0F)}));
+  EXPECT_FALSE(clapIn({kSoundRateHz, {}}));
 }
 
 }  // namespace

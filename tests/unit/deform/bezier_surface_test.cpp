@@ -11,10 +11,10 @@
 namespace mouthpiece {
 namespace {
 
-using testing::capturedDisplacements;
-using testing::randomPose;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::capturedDisplacements;
+using samples::randomPose;
+using samples::sampleControl;
+using samples::sampleFace;
 
 constexpr double kOneTangentPlaneDeg = 0.5;
 

@@ -15,9 +15,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleBinding;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::sampleBinding;
+using samples::sampleControl;
+using samples::sampleFace;
 
 double width() { return sampleControl().mouth_width; }
 

@@ -19,10 +19,10 @@
 namespace mouthpiece {
 namespace {
 
-using testing::openMouth;
-using testing::sampleBinding;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::openMouth;
+using samples::sampleBinding;
+using samples::sampleControl;
+using samples::sampleFace;
 
 TEST(Binding, NoVertexOfOneLipHangsOnTheOther) {
   // The sides come from the grid the mesh was laid on, not from the binding's own distances.

@@ -19,7 +19,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleFace;
+using samples::sampleFace;
 
 class ControlLaws : public ::testing::TestWithParam<unsigned> {
  protected:

@@ -17,10 +17,10 @@
 namespace mouthpiece {
 namespace {
 
-using testing::openMouth;
-using testing::randomPose;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::openMouth;
+using samples::randomPose;
+using samples::sampleControl;
+using samples::sampleFace;
 
 int indexOf(const ControlMesh& mesh, const std::string& name) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {

@@ -15,11 +15,11 @@
 namespace mouthpiece {
 namespace {
 
-using testing::openMouth;
-using testing::randomPose;
-using testing::sampleBinding;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::openMouth;
+using samples::randomPose;
+using samples::sampleBinding;
+using samples::sampleControl;
+using samples::sampleFace;
 
 constexpr double kSameAsExact_mm = 0.01;
 constexpr double kCarried = 0.04;  ///< share of a shift that the fixed ring may hold back well inside the markers

@@ -231,9 +231,9 @@ TEST(HeadTopology, KindsOfSharedVerticesAreTheSkins) {
 }
 
 TEST(HeadTopology, TheOpeningsOfAControlMeshAreItsLipsAndLids) {
-  const FaceOpenings openings = openingsOf(testing::sampleControl());
+  const FaceOpenings openings = openingsOf(samples::sampleControl());
   EXPECT_EQ(openings.lip_line.size(), 12U);
-  EXPECT_NEAR(openings.lips_reach, 0.06 * testing::sampleControl().mouth_width, 1e-12);
+  EXPECT_NEAR(openings.lips_reach, 0.06 * samples::sampleControl().mouth_width, 1e-12);
   for (const FaceOpenings::Sides& sides : openings.sides) {
     EXPECT_FALSE(sides.upper.empty());
     EXPECT_FALSE(sides.lower.empty());

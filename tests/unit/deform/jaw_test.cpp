@@ -15,7 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleControl;
+using samples::sampleControl;
 
 MarkerPositions hinged(double open_rad, double sideways_rad, const Eigen::Vector3d& slide) {
   const JawHinge jaw(sampleControl());

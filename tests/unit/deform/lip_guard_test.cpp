@@ -20,8 +20,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::sampleControl;
+using samples::sampleFace;
 
 /// The sample face with lips that are rolled in: behind each rim some millimetres that face the other lip.
 struct RolledLips {
@@ -458,7 +458,7 @@ TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
   const auto waysFor = [](const Eigen::RowVector3f& shift, bool behind) {
     FaceMesh mesh = lips().mesh;
     mesh.vertices.rowwise() += shift;
-    testing::SampleFace face = sampleFace();
+    samples::SampleFace face = sampleFace();
     face.rest.rowwise() += shift.cast<double>();
     for (auto& [name, place] : face.known) place += shift.transpose().cast<double>();
     const ControlMesh control = buildControlMesh(face.names, face.rest, face.known);

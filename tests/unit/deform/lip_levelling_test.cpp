@@ -15,7 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleControl;
+using samples::sampleControl;
 
 /// The sample face with a vertex for 7 mm, every other one of the upper lip's rim too high, so that slits stay open.
 class JaggedLips : public ::testing::Test {
@@ -70,7 +70,7 @@ class JaggedLips : public ::testing::Test {
     return widest;
   }
 
-  testing::SampleFace face_ = testing::makeSampleFace(7);
+  samples::SampleFace face_ = samples::makeSampleFace(7);
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses_;
   std::set<std::uint32_t> upper_, lower_;
 };
@@ -128,7 +128,7 @@ class LevelLips : public ::testing::Test {
     return all;
   }
 
-  testing::SampleFace face_ = testing::makeSampleFace(3.1);
+  samples::SampleFace face_ = samples::makeSampleFace(3.1);
   FaceBinding binding_ = bindFace(face_.mesh, sampleControl());
   double width_ = sampleControl().mouth_width;
 };

@@ -28,7 +28,7 @@ enum class Make { kBag, kHole, kWalls, kWelded };
 
 /// A face of one piece of skin around a mouth, millimetres: its outline from above the mouth to below it, lofted
 /// across. `open`: between the lips in the middle; `smile`: how much higher the corners are than the middle.
-struct Mouth {
+struct MouthSheet {
   Make make = Make::kBag;
   double open = 0, smile = 0, step = 2;
   double fold = 0;  ///< how deep a fold of skin lies at the lower lip's edge (below 0: at the upper one's)
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(Makes, Mouths,
 TEST_P(Mouths, RimsRunFromCornerToCorner) {
   const auto& [make, open, step, seed] = GetParam();
   std::mt19937 random(seed);
-  const Mouth mouth{make, open, std::uniform_real_distribution<double>(-4, 4)(random), step};
+  const MouthSheet mouth{make, open, std::uniform_real_distribution<double>(-4, 4)(random), step};
   const FaceMesh mesh = mouth.mesh();
   const auto line = traceLipLine(mesh.vertices, mesh.triangles, mouth.hints(random));
   ASSERT_TRUE(line);
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, WeldedMouths, ::testing::Range(1U, 7U));
 
 TEST_P(WeldedMouths, AreToldAndCutOpen) {
   std::mt19937 random(GetParam());
-  const Mouth mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 2};
+  const MouthSheet mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 2};
   const FaceMesh mesh = mouth.mesh();
   const MouthHints hints = mouth.hints(random);
   const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
@@ -183,7 +183,7 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
 TEST_P(WeldedMouths, FoldsBesideTheLipsAreNoMouth) {
   std::mt19937 random(GetParam());
   for (const double fold : {-3.6, 3.6}) {
-    const Mouth mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 1, fold};
+    const MouthSheet mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 1, fold};
     const FaceMesh mesh = mouth.mesh();
     const auto line = traceLipLine(mesh.vertices, mesh.triangles, mouth.hints(random));
     ASSERT_TRUE(line);
@@ -207,7 +207,7 @@ TEST_P(MovedMouths, TakeTheirLineAlong) {
   const auto& [make, seed] = GetParam();
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> number(-1, 1);
-  const Mouth mouth{make, make == Make::kWelded ? 0 : 3 + 3 * number(random), 4 * number(random), 2};
+  const MouthSheet mouth{make, make == Make::kWelded ? 0 : 3 + 3 * number(random), 4 * number(random), 2};
   const FaceMesh mesh = mouth.mesh();
   const MouthHints hints = mouth.hints(random);
   const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
@@ -253,7 +253,7 @@ TEST_P(MovedMouths, TakeTheirLineAlong) {
 TEST_P(MovedMouths, KnownPlacesOfTheLineKeepIt) {
   const auto& [make, seed] = GetParam();
   std::mt19937 random(seed);
-  const Mouth mouth{make, make == Make::kWelded ? 0.0 : 4.0, 2, 2};
+  const MouthSheet mouth{make, make == Make::kWelded ? 0.0 : 4.0, 2, 2};
   const FaceMesh mesh = mouth.mesh();
   MouthHints hints = mouth.hints(random);
   const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
@@ -293,7 +293,7 @@ TEST(LipLine, BetweenItsPlacesItIsStraightAndBeyondThemItEnds) {
 /// Columns of vertices that no section passes are as much inside as those beside them.
 TEST(LipLine, AllThatLiesBehindTheLipsIsInside) {
   std::mt19937 random(11);
-  const Mouth mouth{Make::kBag, 3, 1, 0.4};
+  const MouthSheet mouth{Make::kBag, 3, 1, 0.4};
   const FaceMesh mesh = mouth.mesh();
   FaceOpenings openings;
   openings.mouth = mouth.hints(random);
@@ -317,7 +317,7 @@ TEST(LipLine, AllThatLiesBehindTheLipsIsInside) {
 
 TEST(MouthBag, JoinsTheEdgeOfAHole) {
   std::mt19937 random(3);
-  const Mouth mouth{Make::kHole, 4, 1, 2};
+  const MouthSheet mouth{Make::kHole, 4, 1, 2};
   const FaceMesh mesh = mouth.mesh();
   const MouthHints hints = mouth.hints(random);
   const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
@@ -354,7 +354,7 @@ TEST(MouthBag, JoinsTheEdgeOfAHole) {
 }
 
 TEST(LipLine, NothingIsFoundWhereNoSkinIs) {
-  const FaceMesh mesh = Mouth{}.mesh();
+  const FaceMesh mesh = MouthSheet{}.mesh();
   const MouthHints elsewhere{{1000, 0, 0}, {1050, 0, 0}, {1025, 8, 5}, {1025, -8, 5}};
   EXPECT_FALSE(traceLipLine(mesh.vertices, mesh.triangles, elsewhere));
   const MouthHints in_one_place{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};

@@ -18,7 +18,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleControl;
+using samples::sampleControl;
 
 /// The sample face, whose lips touch, with lips that turn in behind their rims.
 class ThickLips : public ::testing::Test {
@@ -101,7 +101,7 @@ class ThickLips : public ::testing::Test {
     return {least, most};
   }
 
-  testing::SampleFace face_ = testing::makeSampleFace(3.1);
+  samples::SampleFace face_ = samples::makeSampleFace(3.1);
   std::map<std::uint32_t, std::uint32_t> back_of_;
   FaceBinding binding_;
   mutable std::optional<LipMeeting> meeting_;

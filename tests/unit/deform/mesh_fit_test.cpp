@@ -15,7 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleFace;
+using samples::sampleFace;
 
 /// The sample face with a round bump on a cheek between its markers.
 class BumpyFaces : public ::testing::TestWithParam<unsigned> {
@@ -47,7 +47,7 @@ class BumpyFaces : public ::testing::TestWithParam<unsigned> {
   std::mt19937 random_{GetParam()};
   double high_ = number(4, 8);
   Eigen::Vector2d middle_{(random_() % 2 == 0 ? 1 : -1) * number(44, 48), number(-50, -40)};
-  testing::SampleFace face_ = testing::makeSampleFace(2.5);
+  samples::SampleFace face_ = samples::makeSampleFace(2.5);
 };
 INSTANTIATE_TEST_SUITE_P(Seeds, BumpyFaces, ::testing::Range(1U, 5U));
 
@@ -93,7 +93,7 @@ TEST_P(BumpyFaces, AreFollowedByPointsOnTheirSkin) {
 TEST_P(BumpyFaces, MoveAsTheyDidWithoutTheirPoints) {
   const ControlMesh along = buildControlMesh(face_.names, face_.rest, face_.known, &face_.mesh),
                     without = buildControlMesh(face_.names, face_.rest, face_.known);
-  const MarkerPositions pose = testing::randomPose(sampleFace(), random_);
+  const MarkerPositions pose = samples::randomPose(sampleFace(), random_);
   const MarkerPositions moved = controlPoints(along, FacePose(pose)), coarse = controlPoints(without, FacePose(pose));
   const BezierSurface surface(without);
   const MarkerPositions moves = coarse - without.rest, slopes = surface.slopesFrom(moves);

@@ -17,9 +17,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::randomPose;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::randomPose;
+using samples::sampleControl;
+using samples::sampleFace;
 
 constexpr double kFarApart = 1e6;  ///< lips that are in nobody's way
 

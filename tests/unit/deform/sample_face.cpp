@@ -11,7 +11,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 namespace {
 
 struct FlatMarker {
@@ -277,4 +277,4 @@ std::vector<MarkerPositions> capturedDisplacements(std::size_t takes, std::size_
   return displacements;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

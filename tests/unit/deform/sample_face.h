@@ -10,7 +10,7 @@
 #include "deform/surface/control_surface.h"
 #include "deform/mesh/face_mesh.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// A plain face for tests: half an egg with 66 markers, a mouth slit whose lips touch, lower teeth, a tongue and an
 /// eye.
@@ -38,4 +38,4 @@ MarkerPositions openMouth(const SampleFace& face, double mm);
 /// Frames of the real capture as displacements from its neutral pose, head motion removed; empty where it is absent.
 std::vector<MarkerPositions> capturedDisplacements(std::size_t takes, std::size_t every);
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

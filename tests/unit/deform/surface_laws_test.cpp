@@ -15,9 +15,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::randomPose;
-using testing::sampleControl;
-using testing::sampleFace;
+using samples::randomPose;
+using samples::sampleControl;
+using samples::sampleFace;
 
 class Laws : public ::testing::TestWithParam<unsigned> {
  protected:
@@ -162,7 +162,7 @@ TEST_P(Laws, FormsGiveTheSurface) {
 
 /// Whatever mesh is bound: at rest it is itself, and where all markers go the skin between them goes.
 TEST_P(Laws, BoundMeshesRestAndGoAlong) {
-  const testing::SampleFace face = testing::makeSampleFace(number(2.5, 6));
+  const samples::SampleFace face = samples::makeSampleFace(number(2.5, 6));
   const FaceBinding binding = bindFace(face.mesh, sampleControl());
   const FaceDeformer deformer(face.mesh, sampleControl(), binding);
   VertexPositions out;
@@ -184,7 +184,7 @@ TEST_P(Laws, BoundMeshesRestAndGoAlong) {
 TEST_P(Laws, BindingDoesNotDependOnUnitAndPlace) {
   const double scale = std::exp(number(-6, 6));
   const Eigen::RowVector3d shift = scale * Eigen::RowVector3d(number(-300, 300), number(-300, 300), number(-300, 300));
-  testing::SampleFace face = testing::makeSampleFace(6);
+  samples::SampleFace face = samples::makeSampleFace(6);
   const auto bound = [&] {
     const ControlMesh control = buildControlMesh(face.names, face.rest, face.known, &face.mesh);
     return bindFace(face.mesh, control);

@@ -10,7 +10,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleControl;
+using samples::sampleControl;
 
 double nearestSample(const BezierSurface::Pose& pose, const Eigen::Vector3d& point) {
   double nearest = std::numeric_limits<double>::infinity();

@@ -18,7 +18,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::sampleFace;
+using samples::sampleFace;
 using Places = std::map<std::string, Eigen::Vector3d>;
 
 constexpr double kExactMm = 1e-9;

@@ -150,17 +150,17 @@ TEST_P(Torn, TwoSolidsStayTwo) {
 }
 
 TEST(Welding, LeavesAWholeMeshAlone) {
-  EXPECT_TRUE(weldSplitTriangles(testing::sampleFace().mesh).isNothing()) << "its lips touch and stay apart";
+  EXPECT_TRUE(weldSplitTriangles(samples::sampleFace().mesh).isNothing()) << "its lips touch and stay apart";
 }
 
 TEST(Welding, ATornFaceIsBoundAsTheWholeOne) {
   std::mt19937 random(4);
-  const testing::SampleFace face = testing::makeSampleFace(5);
+  const samples::SampleFace face = samples::makeSampleFace(5);
   std::vector<std::uint32_t> origin;
   const FaceMesh torn = tornApart(face.mesh, random, &origin);
   const Welding welding = weldSplitTriangles(torn);
-  const FaceBinding whole = bindFace(face.mesh, testing::sampleControl());
-  const FaceBinding sewn = givenBinding(bindFace(welding.mesh, testing::sampleControl()), welding);
+  const FaceBinding whole = bindFace(face.mesh, samples::sampleControl());
+  const FaceBinding sewn = givenBinding(bindFace(welding.mesh, samples::sampleControl()), welding);
   std::size_t same = 0;
   for (std::size_t v = 0; v < origin.size(); ++v) {
     if (sewn.patch[v] == whole.patch[origin[v]]) ++same;

@@ -10,7 +10,7 @@ namespace mouthpiece {
 namespace {
 
 TEST(AblationPage, HoldsEveryVariantAndNoTextEndsItsScript) {
-  const SpeechLabels labels = testing::spokenPhones({{Phone::kAA, 0.5}});
+  const SpeechLabels labels = samples::spokenPhones({{Phone::kAA, 0.5}});
   const std::vector<CurveVariant> variants = {
       {"all", {{"Ah", {{0.38, 0, 0, 0}, {0.5, 0.8, 0, 0}, {1, 0, 0, 0}}}}, {0, 1.25, 0}, {0, 0.5, 0}},
       {"without Ps", {{"Ah", {{0.38, 0, 0, 0}, {0.5, 0.6, 0, 0}, {1, 0, 0, 0}}}}, {0, 1, 0}, {0, 0.4, 0}}};

@@ -108,7 +108,7 @@ TEST(FacePainter, HoldsOnToItsPictureWhateverItIsGiven) {
 }
 
 TEST(FacePainter, ShowsTheHeadAndWhatMoves) {
-  const testing::TalkingHead head = testing::makeTalkingHead();
+  const samples::TalkingHead head = samples::makeTalkingHead();
   Eigen::AlignedBox3f all;
   for (Eigen::Index v = 0; v < head.mesh.vertices.rows(); ++v) all.extend(head.mesh.vertices.row(v).transpose());
   const FacePainter painter(head.mesh, all, 320, 180);

@@ -16,7 +16,7 @@ namespace {
 
 using test::GlbFile;
 
-constexpr float kWithin = 1e-6F;  ///< metres; floats through one rotation
+constexpr float kGivenWithin = 1e-6F;  ///< metres; floats through one rotation
 
 /// Two parts with a texture, as a GLB.
 std::string givenGlb() {
@@ -66,7 +66,7 @@ TEST(GivenGlb, GetsTheShapesAndKeepsTheRest) {
   for (std::size_t k = 0; k < 2; ++k) {
     const Eigen::RowVectorXf row = shapes.shapes.row(static_cast<Eigen::Index>(k));
     const VertexPositions wanted = Eigen::Map<const VertexPositions>(row.data(), 6, 3) * upright.cast<float>();
-    EXPECT_LT((read.moves[k] - wanted).cwiseAbs().maxCoeff(), kWithin) << k;
+    EXPECT_LT((read.moves[k] - wanted).cwiseAbs().maxCoeff(), kGivenWithin) << k;
   }
   const nlohmann::json root = GlbFile(*made).root;
   ASSERT_EQ(root["animations"].size(), 1U);

@@ -92,14 +92,14 @@ TEST(GlbModel, IndicesAreNarrowWhereThatIsAllowed) {
 }
 
 TEST(GlbModel, ATakenApartFileIsTheSameAgain) {
-  const auto head = testing::makeTalkingHead({.frames = 12, .rings = 6, .segments = 8});
+  const auto head = samples::makeTalkingHead({.frames = 12, .rings = 6, .segments = 8});
   const std::string written = glbBytes(head.mesh, principalShapes(head.animation, head.mesh.vertices, 0.001), "egg");
   EXPECT_EQ(GlbModel(written, "egg.glb").toBytes(), written);
 }
 
 /// A GLB that has a little of everything that is none of our business.
 GlbFile dressed() {
-  const auto head = testing::makeTalkingHead({.frames = 6, .rings = 4, .segments = 6});
+  const auto head = samples::makeTalkingHead({.frames = 6, .rings = 4, .segments = 6});
   GlbFile glb(glbBytes(head.mesh, principalShapes(head.animation, head.mesh.vertices, 0.001), "egg"));
   glb.root["asset"]["copyright"] = "someone";
   glb.root["extensionsUsed"] = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual", "EXT_own"};

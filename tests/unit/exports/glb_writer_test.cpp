@@ -13,8 +13,8 @@ namespace mouthpiece {
 namespace {
 
 using test::GlbFile;
-using testing::makeTalkingHead;
-using testing::TalkingHead;
+using samples::makeTalkingHead;
+using samples::TalkingHead;
 
 GlbFile glbOf(const TalkingHead& head) {
   return GlbFile(

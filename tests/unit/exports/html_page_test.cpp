@@ -14,8 +14,8 @@ namespace mouthpiece {
 namespace {
 
 using nlohmann::json;
-using testing::makeTalkingHead;
-using testing::TalkingHead;
+using samples::makeTalkingHead;
+using samples::TalkingHead;
 
 constexpr std::string_view kTemplate = "<body>\n<!-- mouthpiece:data -->\n<script>run()</script></body>";
 

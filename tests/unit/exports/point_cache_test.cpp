@@ -58,7 +58,7 @@ TEST(Mdd, IsLaidOutAsTheFormatSays) {
 }
 
 TEST(ObjSequence, HasOneFileAFrame) {
-  const auto head = testing::makeTalkingHead({.frames = 3, .rings = 4, .segments = 6});
+  const auto head = samples::makeTalkingHead({.frames = 3, .rings = 4, .segments = 6});
   std::vector<std::string> files;
   objFrames(head.mesh, head.animation, [&](std::size_t frame, const std::string& bytes) {
     EXPECT_EQ(frame, files.size());

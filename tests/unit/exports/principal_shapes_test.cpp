@@ -13,8 +13,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::makeTalkingHead;
-using testing::TalkingHead;
+using samples::makeTalkingHead;
+using samples::TalkingHead;
 
 constexpr double kMetresPerMm = 0.001;
 /// What 32-bit arithmetic may add when the shapes are summed up in another order.

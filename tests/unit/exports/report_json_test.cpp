@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 TEST(Report, HasEveryFieldThatTheDesignNames) {
-  const auto head = testing::makeTalkingHead();
+  const auto head = samples::makeTalkingHead();
   const json report = json::parse(reportJson(head.utterance, head.utterance.timing_ms));
   EXPECT_EQ(report["text"], "mama");
   EXPECT_EQ(report["voice"], "test:hum");
@@ -37,14 +37,14 @@ TEST(Report, HasEveryFieldThatTheDesignNames) {
 }
 
 TEST(Report, APhoneThatABackOffUnitTouchesIsBackOff) {
-  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance, {}));
+  const json report = json::parse(reportJson(samples::makeTalkingHead().utterance, {}));
   std::vector<std::string> from;
   for (const json& phone : report["phones"]) from.push_back(phone["from"]);
   EXPECT_EQ(from, (std::vector<std::string>{"unit", "unit", "backoff", "backoff", "unit", "unit"}));
 }
 
 TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
-  const UtteranceAnimation line = testing::makeTalkingHead().utterance;
+  const UtteranceAnimation line = samples::makeTalkingHead().utterance;
   const json report = json::parse(reportJson(line, line.timing_ms));
   EXPECT_EQ(
       report["timing_ms"],
@@ -54,7 +54,7 @@ TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
 }
 
 TEST(Report, TextThatIsNoUtf8StaysJson) {
-  auto head = testing::makeTalkingHead();
+  auto head = samples::makeTalkingHead();
   head.utterance.text = "caf\xE9 \x80";
   EXPECT_TRUE(json::accept(reportJson(head.utterance, head.utterance.timing_ms)));
 }
@@ -63,7 +63,7 @@ TEST(Report, TextThatIsNoUtf8StaysJson) {
 TEST(Report, TheShareOfBackOffIsThatOfThePairs) {
   std::mt19937 random(8);
   for (int trial = 0; trial < 50; ++trial) {
-    UtteranceAnimation line = testing::makeTalkingHead({.frames = 4, .rings = 3, .segments = 5}).utterance;
+    UtteranceAnimation line = samples::makeTalkingHead({.frames = 4, .rings = 3, .segments = 5}).utterance;
     const std::size_t phones = line.labels.phones.size();
     line.units.clear();
     std::size_t backed_off_pairs = 0, touched = 0;

@@ -23,7 +23,7 @@ VertexPositions plainNormals(const VertexPositions& vertices, const std::vector<
 
 TEST(ShapeNormals, AreTheDerivativesOfThePlainWay) {
   constexpr float kStep = 0.02F;
-  const auto head = testing::makeTalkingHead({.rings = 16, .segments = 20, .ripple_mm = 1});
+  const auto head = samples::makeTalkingHead({.rings = 16, .segments = 20, .ripple_mm = 1});
   const auto shapes = principalShapes(head.animation, head.mesh.vertices, 0.001);
   ASSERT_GT(shapes.shapeCount(), 8) << "more than one group of lanes";
   const ShapeNormals normals = shapeNormals(head.mesh.triangles, shapes);

@@ -16,7 +16,7 @@ namespace mouthpiece {
 namespace {
 
 TEST(SmallGlb, LosesUnderATenthOfAMillimetre) {
-  const testing::TalkingHead head = testing::makeTalkingHead({.ripple_mm = 0.6});
+  const samples::TalkingHead head = samples::makeTalkingHead({.ripple_mm = 0.6});
   const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   const std::string plain = glbBytes(head.mesh, shapes, "head"), small = smallGlbBytes(head.mesh, shapes, "head");
   EXPECT_LT(5 * small.size(), plain.size());
@@ -72,7 +72,7 @@ TEST(SmallGlb, LosesUnderATenthOfAMillimetre) {
 }
 
 TEST(HeadTrack, TurnsWhatIsShownAboutItsPlace) {
-  const testing::TalkingHead head = testing::makeTalkingHead({.ripple_mm = 0.6});
+  const samples::TalkingHead head = samples::makeTalkingHead({.ripple_mm = 0.6});
   const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   HeadTrack track{std::vector<std::array<float, 4>>(unsignedIndex(shapes.frameCount()), {0, 0.1F, 0, 0.995F}),
                   {0.01, 0.02, -0.03}};

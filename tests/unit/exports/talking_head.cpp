@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 namespace {
 
 using Eigen::Vector3f;
@@ -179,4 +179,4 @@ TalkingHead makeTalkingHead(const TalkingHeadOptions& options) {
   return head;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

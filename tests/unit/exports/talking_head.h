@@ -7,7 +7,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "synthesis/utterance_animation.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// A made-up line on a made-up head, for the tests of the exports: an egg whose lower part, from the mouth down, swings
 /// open about a hinge with the vowels. The sound is a hum as loud as the mouth is wide.
@@ -29,4 +29,4 @@ struct TalkingHeadOptions {
 
 TalkingHead makeTalkingHead(const TalkingHeadOptions& options = {});
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -17,7 +17,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyLabels;
+using samples::tinyLabels;
 
 constexpr double kRateHz = 100;
 constexpr double kOpenMm = 10;  ///< lids at rest
@@ -176,7 +176,7 @@ TEST(RuledUpperFace, ASeedIsAFaceAndAQuestionRaisesTheBrows) {
 }
 
 TEST(RuledUpperFace, SaysWhereNothingCanMove) {
-  Corpus corpus = testing::tinyCorpus();
+  Corpus corpus = samples::tinyCorpus();
   for (LayoutMarker& marker : corpus.layout.markers) marker.name = "my " + marker.name;
   const LineExpression made = expressionOfLine(longLabels(), corpus, {.upper_face = UpperFaceSource::kRules});
   ASSERT_EQ(made.warnings.size(), 1U);
@@ -236,7 +236,7 @@ TEST(Moods, AreNamedScaledOrReadAndRefusedInOneLine) {
 }
 
 TEST(Moods, LeaveClosedLipsAndClosedLids) {
-  const Corpus corpus = testing::tinyCorpus();
+  const Corpus corpus = samples::tinyCorpus();
   SynthesisRequest request;
   request.labels = tinyLabels("M-AE-N B-AY T-AY-M", 2);
   request.options.frame_rate_hz = kRateHz;
@@ -244,7 +244,7 @@ TEST(Moods, LeaveClosedLipsAndClosedLids) {
   request.options.expression.mood = moodOf("surprise");
   const UtteranceAnimation made = synthesise(request, corpus);
   const auto opening = [&](const PositionMatrix& rows) {
-    return testing::lipOpening({kRateHz, corpus.layout.markerNames(), rows});
+    return samples::lipOpening({kRateHz, corpus.layout.markerNames(), rows});
   };
   const std::vector<double> before = opening(plain), after = opening(made.motion.positions_mm);
   EXPECT_GT((made.motion.positions_mm - plain).cwiseAbs().maxCoeff(), 0.1) << "the mood shows";

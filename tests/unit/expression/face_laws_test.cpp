@@ -19,7 +19,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyLabels;
+using samples::tinyLabels;
 
 /// Words of two or three phones, now and then a pause between them, 0.2 s or longer.
 SpeechLabels randomLine(unsigned seed) {

@@ -11,7 +11,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Eigen::Index kCepstra = 13, kDensities = 4, kFrames = 200;
+constexpr Eigen::Index kCepstra = 13, kMadeDensities = 4, kFrames = 200;
 
 Eigen::VectorXd drawn(std::mt19937& random, double deviation) {
   std::normal_distribution<double> normal(0, deviation);
@@ -37,14 +37,14 @@ MadeSpeech madeSpeech(std::mt19937& random) {
   made.model.senone_count = 1;
   TiedModel::Codebook codebook{"AA", {0}, {}, {}};
   for (int stream = 0; stream < 3; ++stream) {
-    Eigen::MatrixXf rows(kDensities, 2 * kCepstra + 1);
-    for (Eigen::Index i = 0; i < kDensities; ++i) {
+    Eigen::MatrixXf rows(kMadeDensities, 2 * kCepstra + 1);
+    for (Eigen::Index i = 0; i < kMadeDensities; ++i) {
       const Eigen::VectorXd mean = stream == 0 ? drawnSound(random) : drawn(random, 1);
       if (stream == 0) made.means.push_back(mean);
       rows.row(i) = densityRow(mean, Eigen::VectorXd::Constant(kCepstra, 0.5));
     }
     codebook.gaussians.push_back(rows);
-    codebook.weights.push_back(Eigen::MatrixXf::Constant(1, kDensities, 1.0F / kDensities));
+    codebook.weights.push_back(Eigen::MatrixXf::Constant(1, kMadeDensities, 1.0F / kMadeDensities));
   }
   made.model.codebooks.push_back(codebook);
   return made;
@@ -64,7 +64,7 @@ Eigen::MatrixXd spoken(const MadeSpeech& made, const Eigen::VectorXd& room, doub
       cepstra.col(t) = here;
       continue;
     }
-    const Eigen::VectorXd speech = made.means[unsignedIndex(t / 5 % kDensities)] + room + drawn(random, 0.3);
+    const Eigen::VectorXd speech = made.means[unsignedIndex(t / 5 % kMadeDensities)] + room + drawn(random, 0.3);
     const Eigen::ArrayXd sum = (bands * speech).array().exp() + (bands * here).array().exp();
     cepstra.col(t) = speech + cosines * (sum.log().matrix() - bands * speech);
   }

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Eigen::Index kDensities = 20;
+constexpr Eigen::Index kSenoneDensities = 20;
 constexpr int kSenones = 9;  // three codebooks of three
 
 /// Means and variances beside the model made of them.
@@ -36,16 +36,16 @@ MadeModel makeModel(std::mt19937& random) {
     TiedModel::Codebook codebook{"P" + std::to_string(c), {c, c + 3, c + 6}, {}, {}};
     auto &means = made.means.emplace_back(), &variances = made.variances.emplace_back();
     for (const Eigen::Index size : made.model.stream_sizes) {
-      means.push_back(Eigen::MatrixXd::NullaryExpr(kDensities, size, [&] { return 3 * normal(random); }));
-      variances.push_back(Eigen::MatrixXd::NullaryExpr(kDensities, size, [&] { return 4 * share(random); }));
-      Eigen::MatrixXf rows(kDensities, 2 * size + 1);
+      means.push_back(Eigen::MatrixXd::NullaryExpr(kSenoneDensities, size, [&] { return 3 * normal(random); }));
+      variances.push_back(Eigen::MatrixXd::NullaryExpr(kSenoneDensities, size, [&] { return 4 * share(random); }));
+      Eigen::MatrixXf rows(kSenoneDensities, 2 * size + 1);
       rows.leftCols(size) = (-0.5 * variances.back().cwiseInverse()).cast<float>();
       rows.middleCols(size, size) = means.back().cwiseQuotient(variances.back()).cast<float>();
       const Eigen::MatrixXd constants = means.back().cwiseAbs2().cwiseQuotient(variances.back()) +
                                         (2 * std::numbers::pi * variances.back()).array().log().matrix();
       rows.rightCols(1) = (-0.5 * constants.rowwise().sum()).cast<float>();
       codebook.gaussians.push_back(rows);
-      codebook.weights.push_back(Eigen::MatrixXf::NullaryExpr(3, kDensities, [&] { return float(share(random)); }));
+      codebook.weights.push_back(Eigen::MatrixXf::NullaryExpr(3, kSenoneDensities, [&] { return float(share(random)); }));
     }
     made.model.codebooks.push_back(codebook);
   }
@@ -70,7 +70,7 @@ std::vector<double> plainScores(const MadeModel& made, const Eigen::VectorXf& fr
     std::vector<std::vector<std::pair<double, Eigen::Index>>> sorted(3);
     double best = -1e300;
     for (std::size_t c = 0; c < 3; ++c) {
-      for (Eigen::Index d = 0; d < kDensities; ++d)
+      for (Eigen::Index d = 0; d < kSenoneDensities; ++d)
         sorted[c].emplace_back(logDensity(x, made.means[c][stream].row(d), made.variances[c][stream].row(d)), d);
       std::sort(sorted[c].rbegin(), sorted[c].rend());
       best = std::max(best, sorted[c][0].first);

@@ -196,28 +196,28 @@ TEST(TagsJson, IsTheSameTextEveryTime) {
   EXPECT_EQ(formatTagsJson({}), "{\"f0\":[],\n\"notes\":[],\n\"vibrato\":[],\n\"vowels\":[],\n\"consonants\":[]}\n");
 }
 
-constexpr int kRateHz = 16000;
+constexpr int kTagRateHz = 16000;
 
 /// A melody of sung tones, silence between.
 struct Melody {
-  AudioClip sound{kRateHz, std::vector<float>(static_cast<std::size_t>(0.3 * kRateHz), 0.0F)};
+  AudioClip sound{kTagRateHz, std::vector<float>(static_cast<std::size_t>(0.3 * kTagRateHz), 0.0F)};
   std::vector<Note> notes;
 
   explicit Melody(const std::vector<double>& pitches) {
     for (const double hz : pitches) {
       const Seconds start = sound.duration();
       double phase = 0;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(0.5 * kRateHz); ++i) {
-        phase += 2 * std::numbers::pi * hz / kRateHz;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(0.5 * kTagRateHz); ++i) {
+        phase += 2 * std::numbers::pi * hz / kTagRateHz;
         double sample = 0;
         for (int h = 1; h <= 15 && h * hz < 7000; ++h)
           sample += std::sin(h * phase) / h / (1 + std::pow(h * hz / 1500, 2));
         const double swell =
-            std::min({1.0, static_cast<double>(i) / 400, (0.5 * kRateHz - static_cast<double>(i)) / 400});
+            std::min({1.0, static_cast<double>(i) / 400, (0.5 * kTagRateHz - static_cast<double>(i)) / 400});
         sound.samples.push_back(static_cast<float>(0.15 * swell * sample));
       }
       notes.push_back({{start, sound.duration()}, hz, false});
-      sound.samples.insert(sound.samples.end(), static_cast<std::size_t>(0.15 * kRateHz), 0.0F);
+      sound.samples.insert(sound.samples.end(), static_cast<std::size_t>(0.15 * kTagRateHz), 0.0F);
     }
   }
 };
@@ -262,9 +262,9 @@ TEST(HearTagsLaws, ListsAreInTimeOrderAndSharesSumToOne) {
 
 /// Warnings are of sounds, labels and tags, so all three are made here.
 TEST(SoundWarnings, NameOtherWordsThanThoseSung) {
-  AudioClip clip{kRateHz, std::vector<float>(10 * kRateHz)};
+  AudioClip clip{kTagRateHz, std::vector<float>(10 * kTagRateHz)};
   for (std::size_t i = 0; i < clip.samples.size(); ++i) {
-    const bool is_pause = i % (2 * kRateHz) < kRateHz / 2;
+    const bool is_pause = i % (2 * kTagRateHz) < kTagRateHz / 2;
     clip.samples[i] = is_pause ? 0.0F : 0.3F * static_cast<float>(std::sin(0.08 * static_cast<double>(i)));
   }
   SpeechLabels labels;

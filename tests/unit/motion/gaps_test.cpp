@@ -13,7 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotSeen = std::numeric_limits<double>::quiet_NaN();
 constexpr double kShortGapToleranceMm = 0.3;  // gaps of 100 ms
 constexpr double kLongGapToleranceMm = 1.0;   // gaps of 250 to 300 ms
 
@@ -21,7 +21,7 @@ void cut(MotionClip& clip, std::size_t marker, std::size_t first, std::size_t co
   clip.positions_mm
       .block(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(3 * marker), static_cast<Eigen::Index>(count),
              3)
-      .setConstant(kNan);
+      .setConstant(kNotSeen);
 }
 
 /// Markers that move together, as on a face: mixtures of a few movements, with noise.
@@ -155,7 +155,7 @@ TEST(FillShortGaps, WorksWithoutOtherMarkers) {
 
 TEST(FillShortGaps, TakesAClipWithoutAnything) {
   MotionClip clip = SyntheticMotion(56, 2).clip(120.0, 10);
-  clip.positions_mm.setConstant(kNan);
+  clip.positions_mm.setConstant(kNotSeen);
   EXPECT_EQ(fillShortGaps(clip).report.left.size(), 2U);
   clip.positions_mm.resize(0, 6);
   EXPECT_TRUE(fillShortGaps(clip).report.left.empty());

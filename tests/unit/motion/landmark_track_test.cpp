@@ -27,7 +27,7 @@ std::string points(std::size_t count, double shift, bool as_objects) {
   return text + "]";
 }
 
-std::string errorOf(const std::string& text) {
+std::string trackErrorOf(const std::string& text) {
   try {
     parseLandmarkTrack(text, "t.json", defaultLayout());
   } catch (const InputError& error) {
@@ -63,15 +63,15 @@ TEST(LandmarkTrack, TakesTheFormsThatTrackersWrite) {
 }
 
 TEST(LandmarkTrack, NamesWhatIsWrong) {
-  EXPECT_NE(errorOf("{").find("valid JSON"), std::string::npos);
-  EXPECT_NE(errorOf("{}").find("holds no frames"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[],[]]})").find("no face"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frames[0]"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":0,"frames":[[],[]]})").find("positive"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("frame rate"),
+  EXPECT_NE(trackErrorOf("{").find("valid JSON"), std::string::npos);
+  EXPECT_NE(trackErrorOf("{}").find("holds no frames"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"fps":25,"frames":[[],[]]})").find("no face"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frames[0]"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"fps":0,"frames":[[],[]]})").find("positive"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("frame rate"),
             std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":25,"width":3,"frames":[[],[]]})").find("both"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":1e999,"frames":[[],[]]})").find("t.json"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"fps":25,"width":3,"frames":[[],[]]})").find("both"), std::string::npos);
+  EXPECT_NE(trackErrorOf(R"({"fps":1e999,"frames":[[],[]]})").find("t.json"), std::string::npos);
 }
 
 /// A track whose JSON is damaged anywhere gives a clip of finite places or an InputError.

@@ -18,7 +18,7 @@ namespace mouthpiece {
 namespace {
 
 using nlohmann::json;
-using testing::packedLine;
+using samples::packedLine;
 
 std::string bytesOf(const json& package) {
   std::string bytes;

@@ -8,7 +8,7 @@
 #include "synthesis/curve_model.h"
 #include "tests/unit/deform/sample_face.h"
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 namespace {
 
 bool isLowLip(const std::string& name) { return name.starts_with("LIP_LO") || name.starts_with("CHIN"); }
@@ -103,4 +103,4 @@ const std::string& packedLine() {
   return bytes;
 }
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

@@ -2,9 +2,9 @@
 
 #include <string>
 
-namespace mouthpiece::testing {
+namespace mouthpiece::samples {
 
 /// The LinePackage of a made-up line: an egg with a mouth that three takes of a made-up speaker move.
 const std::string& packedLine();
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::samples

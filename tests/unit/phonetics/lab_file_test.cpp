@@ -20,7 +20,7 @@ std::string shown(const SpeechLabels& labels) {
   return out + std::to_string(static_cast<int>(labels.duration() * 1000 + 0.5));
 }
 
-std::string errorOf(std::string_view bytes) {
+std::string labErrorOf(std::string_view bytes) {
   try {
     parseLabFile(bytes, "a.lab");
   } catch (const InputError& error) {
@@ -58,20 +58,20 @@ TEST(LabFile, JoinsTimitsClosuresAndGlottalStops) {
 }
 
 TEST(LabFile, NamesTheLineOfWhatIsWrong) {
-  EXPECT_EQ(errorOf(""), "a.lab: holds no labels; expected lines of \"start end label\"");
-  EXPECT_EQ(errorOf("\n\n0.1 x sil\n"), "a.lab:3: found 'x'; expected a time");
-  EXPECT_EQ(errorOf("0.1\n"), "a.lab:1: found 1 fields; expected \"start end label\"");
-  EXPECT_EQ(errorOf("0.0 0.3 sil\n0.2 0.4 M\n"),
+  EXPECT_EQ(labErrorOf(""), "a.lab: holds no labels; expected lines of \"start end label\"");
+  EXPECT_EQ(labErrorOf("\n\n0.1 x sil\n"), "a.lab:3: found 'x'; expected a time");
+  EXPECT_EQ(labErrorOf("0.1\n"), "a.lab:1: found 1 fields; expected \"start end label\"");
+  EXPECT_EQ(labErrorOf("0.0 0.3 sil\n0.2 0.4 M\n"),
             "a.lab:2: 'M' begins at 0.2 s, inside the interval before it, which ends at 0.3 s; "
             "expected intervals that do not overlap");
-  EXPECT_EQ(errorOf("#\n0.3 1 pau\n0.2 1 m\n"),
+  EXPECT_EQ(labErrorOf("#\n0.3 1 pau\n0.2 1 m\n"),
             "a.lab:3: 'm' ends at 0.2 s, before it begins at 0.3 s; expected a later end");
-  EXPECT_EQ(errorOf("0.0 0.3 blah\n"), "a.lab:1: found phone 'blah'; expected ARPAbet (AA AE AH ... ZH) or sil");
-  EXPECT_EQ(errorOf("0.0 0.3 spn\n"),
+  EXPECT_EQ(labErrorOf("0.0 0.3 blah\n"), "a.lab:1: found phone 'blah'; expected ARPAbet (AA AE AH ... ZH) or sil");
+  EXPECT_EQ(labErrorOf("0.0 0.3 spn\n"),
             "a.lab:1: found phone 'spn' (the aligner's mark for a word that its dictionary lacks); "
             "expected ARPAbet (AA AE AH ... ZH) or sil");
-  EXPECT_EQ(errorOf("0.0 1e99 M\n"), "a.lab:1: found times 0 to 1e+99 s; expected 0 to 86400 s");
-  EXPECT_EQ(errorOf("#!MLF!#\n"), "a.lab:1: is a master label file; expected one file a take");
+  EXPECT_EQ(labErrorOf("0.0 1e99 M\n"), "a.lab:1: found times 0 to 1e+99 s; expected 0 to 86400 s");
+  EXPECT_EQ(labErrorOf("#!MLF!#\n"), "a.lab:1: is a master label file; expected one file a take");
 }
 
 TEST(ReadLabels, TellsTextGridsFromLabelFiles) {

@@ -25,7 +25,7 @@ std::string namesOf(const SpeechLabels& labels) {
   return names;
 }
 
-std::string errorOf(const std::string& bytes) {
+std::string gridErrorOf(const std::string& bytes) {
   try {
     parseTextGrid(bytes, "a.TextGrid");
   } catch (const InputError& error) {
@@ -91,49 +91,49 @@ TEST(TextGrid, FindsTheAlignersTiers) {
   for (const char* tier : {"phones", "Phones", "phonemes", "segments", "speaker 1 - phones"}) {
     EXPECT_EQ(namesOf(parseTextGrid(shortGrid("0.5 1 \"AH0\"\n", 1, tier), "a.TextGrid")), "sil AH sil") << tier;
   }
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"AH0\"\n", 1, "orthography")),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 \"AH0\"\n", 1, "orthography")),
             "a.TextGrid: has tiers [orthography]; expected one named phones");
 }
 
 TEST(TextGrid, ForgivesRoundingOnly) {
   EXPECT_EQ(namesOf(parseTextGrid(shortGrid("0.5 1.00005 \"M\"\n1.0 1.5 \"AA\"\n1.50005 2 \"N\"", 3), "a.TextGrid")),
             "sil M AA N sil");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M\"\n0.9 1.5 \"AA\"\n", 2)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 \"M\"\n0.9 1.5 \"AA\"\n", 2)),
             "a.TextGrid:13: 'AA' begins at 0.9 s, inside the interval before it, which ends at 1 s; expected intervals "
             "that do "
             "not overlap");
 }
 
 TEST(TextGrid, NamesTheLineOfWhatIsWrong) {
-  EXPECT_EQ(errorOf(shortGrid("0.5 1.2 \"M\"\n1.25 1.2 \"AA\"\n", 2)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1.2 \"M\"\n1.25 1.2 \"AA\"\n", 2)),
             "a.TextGrid:13: 'AA' ends at 1.2 s, before it begins at 1.25 s; expected a later end");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1.2 \"M\"\n1.2 1.3 \"QX\"\n", 2)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1.2 \"M\"\n1.2 1.3 \"QX\"\n", 2)),
             "a.TextGrid:13: found phone 'QX'; expected ARPAbet (AA AE AH ... ZH) or sil");
-  EXPECT_EQ(errorOf(shortGrid("0.5 nan \"M\"\n", 1)), "a.TextGrid:12: found times 0.5 to nan s; expected 0 to 86400 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1e300 \"M\"\n", 1)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 nan \"M\"\n", 1)), "a.TextGrid:12: found times 0.5 to nan s; expected 0 to 86400 s");
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1e300 \"M\"\n", 1)),
             "a.TextGrid:12: found times 0.5 to 1e+300 s; expected 0 to 86400 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 0.5 \"M\"\n", 1)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 0.5 \"M\"\n", 1)),
             "a.TextGrid:12: 'M' lasts 0.000000 s; expected at least 0.0002 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M\"\n", 2)),
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 \"M\"\n", 2)),
             "a.TextGrid:13: found the end of the file; expected an interval's start");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M", 1)), "a.TextGrid:12: found a string without its closing quote");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 7", 1)), "a.TextGrid:12: found the number 7; expected an interval's text");
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 \"M", 1)), "a.TextGrid:12: found a string without its closing quote");
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 7", 1)), "a.TextGrid:12: found the number 7; expected an interval's text");
 }
 
 TEST(TextGrid, BelievesNoAbsurdCount) {
   for (const char* count : {"1e18", "-1", "2.5", "nan", "999999999"}) {
     std::string text = shortGrid("0.5 1 \"M\"\n", 1);
     text.replace(text.find("\n1\n0.5") + 1, 1, count);
-    EXPECT_NE(errorOf(text).find("expected a count that the file can hold"), std::string::npos) << errorOf(text);
+    EXPECT_NE(gridErrorOf(text).find("expected a count that the file can hold"), std::string::npos) << gridErrorOf(text);
   }
 }
 
 TEST(TextGrid, RefusesOtherFiles) {
-  EXPECT_EQ(errorOf(""), "a.TextGrid:1: found the end of the file; expected \"ooTextFile\"");
-  EXPECT_NE(errorOf("File type = \"ooTextFile\"\nObject class = \"Pitch\"\n").find("is no TextGrid"),
+  EXPECT_EQ(gridErrorOf(""), "a.TextGrid:1: found the end of the file; expected \"ooTextFile\"");
+  EXPECT_NE(gridErrorOf("File type = \"ooTextFile\"\nObject class = \"Pitch\"\n").find("is no TextGrid"),
             std::string::npos);
-  EXPECT_NE(errorOf("\"Praat chronological TextGrid text file\"\n0 1\n").find("chronological"), std::string::npos);
-  EXPECT_NE(errorOf(std::string("ooBinaryFile\010TextGrid")).find("is a binary TextGrid"), std::string::npos);
+  EXPECT_NE(gridErrorOf("\"Praat chronological TextGrid text file\"\n0 1\n").find("chronological"), std::string::npos);
+  EXPECT_NE(gridErrorOf(std::string("ooBinaryFile\010TextGrid")).find("is a binary TextGrid"), std::string::npos);
 }
 
 TEST(TextGrid, MovesTimesOfACutOutPartToZero) {

@@ -42,7 +42,7 @@ std::map<std::string, std::string> filesIn(const fs::path& folder) {
 
 class TinyCorpus : public ::testing::Test {
  protected:
-  void SetUp() override { writeCorpus(corpus(), mouthpiece::testing::tinyCorpus()); }
+  void SetUp() override { writeCorpus(corpus(), mouthpiece::samples::tinyCorpus()); }
   [[nodiscard]] fs::path corpus() const { return folder_.path() / "tiny.corpus"; }
   ScratchFolder folder_;
 };
@@ -58,7 +58,7 @@ TEST_F(TinyCorpus, InfoTellsTheSameInBothForms) {
   for (std::string line; std::getline(text, line);) {
     if (std::istringstream(line) >> name >> number) told[name] = number;
   }
-  const Corpus made = mouthpiece::testing::tinyCorpus();
+  const Corpus made = mouthpiece::samples::tinyCorpus();
   std::size_t phones = 0, words = 0;
   for (const CorpusTake& take : made.takes) {
     phones += take.labels.phones.size();

@@ -40,7 +40,7 @@ MadeUpActor madeUpActor() {
 
 CorpusTake openingTake(const MadeUpActor& actor) {
   constexpr Eigen::Index kFrames = 13;
-  CorpusTake take = testing::tinyTake("opening", "DH-AH T-AY-M", 0);
+  CorpusTake take = samples::tinyTake("opening", "DH-AH T-AY-M", 0);
   take.motion = {60, actor.names, PositionMatrix(kFrames, actor.neutral_mm.size())};
   for (Eigen::Index f = 0; f < kFrames; ++f) {
     MarkerPositions pose = actor.neutral_mm;

@@ -18,8 +18,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::HeldNote;
-using testing::SungWords;
+using samples::HeldNote;
+using samples::SungWords;
 
 TEST(Song, NamesOfPitches) {
   EXPECT_DOUBLE_EQ(midiPitchFromName("C4", "", ""), 60);

@@ -13,7 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::SungWords;
+using samples::SungWords;
 
 Song gloria() {
   return SungWords()

@@ -13,13 +13,13 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 class ContextTransfer : public ::testing::Test {
  protected:
-  ContextTransfer() : corpus_(tinyCorpus()) { corpus_.trajectory_model = testing::tinyModel(corpus_); }
+  ContextTransfer() : corpus_(tinyCorpus()) { corpus_.trajectory_model = samples::tinyModel(corpus_); }
 
   [[nodiscard]] UtteranceAnimation speak(const SpeechLabels& line) const {
     SynthesisRequest request;
@@ -63,8 +63,8 @@ TEST_F(ContextTransfer, LipsCloseInEveryBilabial) {
 }
 
 TEST_F(ContextTransfer, TheLowerLipComesAsNearToTheTeethAsItWas) {
-  Corpus corpus = testing::tinyCorpus({"F-AE-N", "N-AE-N"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  Corpus corpus = samples::tinyCorpus({"F-AE-N", "N-AE-N"});
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   const CorpusTake& take = corpus.takes[0];
   const SelectedUnit unit{{PhoneIndex(0), PhoneIndex(take.labels.phones.size() - 1)}, {TakeIndex(0), PhoneIndex(0)}};

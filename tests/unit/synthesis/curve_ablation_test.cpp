@@ -10,7 +10,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::spokenPhones;
+using samples::spokenPhones;
 
 /// A vowel sung over two notes, the second with vibrato, that sounds like another vowel for a while.
 AudioTags sungTags() {

@@ -12,11 +12,11 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
-SynthesisRequest requestFor(const SpeechLabels& labels, double frame_rate_hz = 240) {
+SynthesisRequest filledRequest(const SpeechLabels& labels, double frame_rate_hz = 240) {
   SynthesisRequest request;
   request.labels = labels;
   request.options.frame_rate_hz = frame_rate_hz;
@@ -36,7 +36,7 @@ std::size_t indexOf(const SpeechLabels& labels, Phone phone) {
 TEST(CurveFill, FillsJustWhatTheCorpusLacks) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
-  const UtteranceAnimation made = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation made = synthesise(filledRequest(labels), corpus);
   EXPECT_TRUE(made.motion.positions_mm.allFinite());
   std::vector<PhoneRange> gaps;
   for (const PlacedUnit& unit : made.units) {
@@ -53,7 +53,7 @@ TEST(CurveFill, FillsJustWhatTheCorpusLacks) {
 
 TEST(CurveFill, WithoutGapsNothingChanges) {
   const Corpus corpus = tinyCorpus();
-  SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42));
+  SynthesisRequest request = filledRequest(tinyLabels("T-AY-M IH-Z T-EH-N", 42));
   const UtteranceAnimation filled = synthesise(request, corpus);
   request.options.curves.fill_gaps = false;
   EXPECT_EQ(filled.motion.positions_mm, synthesise(request, corpus).motion.positions_mm);
@@ -62,9 +62,9 @@ TEST(CurveFill, WithoutGapsNothingChanges) {
 TEST(CurveFill, BeyondTheJoinsTheCaptureIsUntouched) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
-  const UtteranceAnimation whole = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation whole = synthesise(filledRequest(labels), corpus);
   const UnitDatabase database(corpus);
-  SynthesisRequest request = requestFor(labels);
+  SynthesisRequest request = filledRequest(labels);
   SynthesisPlan plan = planLine(labels, database, request.options);
   ASSERT_EQ(plan.segments.back().kind(), Segment::Kind::kCaptured);
   // Up to the phone before the first gap's shared one, the units before it alone say what happens.
@@ -79,10 +79,10 @@ TEST(CurveFill, BeyondTheJoinsTheCaptureIsUntouched) {
 TEST(CurveFill, ContinuousInPositionAndVelocity) {
   const Corpus corpus = tinyCorpus();
   for (std::uint64_t seed = 3; seed <= 6; ++seed) {
-    const UtteranceAnimation coarse = synthesise(requestFor(tinyLabels(kWithGaps, seed), 240), corpus);
+    const UtteranceAnimation coarse = synthesise(filledRequest(tinyLabels(kWithGaps, seed), 240), corpus);
     ASSERT_FALSE(coarse.joins.empty());
     // A jump in position would be as large at four times the frame rate, one in velocity would not shrink either.
-    SynthesisRequest fine_request = requestFor(tinyLabels(kWithGaps, seed), 960);
+    SynthesisRequest fine_request = filledRequest(tinyLabels(kWithGaps, seed), 960);
     const UtteranceAnimation fine = synthesise(fine_request, corpus);
     const auto largest = [](const UtteranceAnimation& made, double Join::*jump) {
       double most = 0;
@@ -97,7 +97,7 @@ TEST(CurveFill, ContinuousInPositionAndVelocity) {
 TEST(CurveFill, BilabialsCloseTheLips) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
-  const UtteranceAnimation made = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation made = synthesise(filledRequest(labels), corpus);
   const TimeSpan span = labels.phones[indexOf(labels, Phone::kB)].span;
   const std::vector<double> opening = lipOpening(made.motion);
   const double rest = 1;  // mm apart in the neutral pose
@@ -108,7 +108,7 @@ TEST(CurveFill, BilabialsCloseTheLips) {
 
 TEST(CurveFill, ALineOfGapsAloneIsCurvesAlone) {
   const Corpus corpus = tinyCorpus();
-  SynthesisRequest request = requestFor(tinyLabels("Z-OY-G", 1));
+  SynthesisRequest request = filledRequest(tinyLabels("Z-OY-G", 1));
   const UtteranceAnimation filled = synthesise(request, corpus);
   ASSERT_EQ(filled.units.size(), 1U);
   request.options.curves.alone = CurveStyle::kSpeech;
@@ -127,7 +127,7 @@ TEST(CurveFill, ALineOfGapsAloneIsCurvesAlone) {
 
 TEST(CurveFill, EditsMoveTheFaceWhereTheyAreAndNowhereElse) {
   const Corpus corpus = tinyCorpus();
-  SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42), 60);
+  SynthesisRequest request = filledRequest(tinyLabels("T-AY-M IH-Z T-EH-N", 42), 60);
   const UtteranceAnimation plain = synthesise(request, corpus);
   request.options.edits.curves = {{"Ah", CurveEdit::Kind::kOffset, {0.3, 0.5}, 0.5, 0.05, {}}};
   const UtteranceAnimation edited = synthesise(request, corpus);

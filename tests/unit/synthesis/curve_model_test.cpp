@@ -9,8 +9,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 SynthesisRequest spokenByCurves() {
   SynthesisRequest request;

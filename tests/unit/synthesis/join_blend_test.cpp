@@ -12,7 +12,7 @@ namespace {
 /// "DH-AH T-AY-M IH-Z T-EH-N" from takes that lie 4 mm apart.
 class JoinOffsets : public ::testing::Test {
  protected:
-  JoinOffsets() : corpus_(testing::tinyCorpus()), line_(testing::tinyLabels("DH-AH T-AY-M IH-Z T-EH-N", 6)) {
+  JoinOffsets() : corpus_(samples::tinyCorpus()), line_(samples::tinyLabels("DH-AH T-AY-M IH-Z T-EH-N", 6)) {
     for (std::size_t take = 0; take < corpus_.takes.size(); ++take) {
       corpus_.takes[take].motion.positions_mm.array() += take % 2 == 0 ? 4 : 0;
     }

@@ -19,7 +19,7 @@ constexpr std::size_t kLowerLip = 1;
 /// Two takes of "N-AE-T", every phone 100 ms from 0.2 s, whose lips rest but for what they are given.
 class Coupling : public ::testing::Test {
  protected:
-  Coupling() : corpus_(testing::tinyCorpus({"N-AE-T", "N-AE-T"}, kRateHz)), line_(testing::tinyLabels("N-AE-T", 0)) {
+  Coupling() : corpus_(samples::tinyCorpus({"N-AE-T", "N-AE-T"}, kRateHz)), line_(samples::tinyLabels("N-AE-T", 0)) {
     const Eigen::Map<const Eigen::RowVectorXd> rest(corpus_.neutral_pose_mm.data(), corpus_.neutral_pose_mm.size());
     for (CorpusTake& take : corpus_.takes) {
       take.labels = line_;
@@ -82,7 +82,7 @@ TEST_F(Coupling, IsShortBetweenPosesThatDifferAndLongWhereOnlySpeedsDo) {
 
 TEST_F(Coupling, FragmentsTellTheirLipsAsCapturedAndLessThePrediction) {
   move(0, [](Seconds time) { return 5 * time; });
-  corpus_.trajectory_model = testing::tinyModel(corpus_);
+  corpus_.trajectory_model = samples::tinyModel(corpus_);
   database_ = std::make_unique<UnitDatabase>(corpus_);
   const Fragment fragment(line_, {PhoneIndex(0), PhoneIndex(4)}, *database_, {TakeIndex(0), PhoneIndex(0)},
                           std::make_shared<LinePrediction>(*corpus_.trajectory_model, line_));

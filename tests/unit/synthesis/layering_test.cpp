@@ -10,18 +10,18 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
-constexpr double kRateHz = 240;
+constexpr double kLayerRateHz = 240;
 /// The consonants' captured motion comes and goes over this beside them.
 constexpr Seconds kFade = 0.060;
 
 SynthesisRequest sungRequest(const SpeechLabels& labels, double ma, bool layered) {
   SynthesisRequest request;
   request.labels = labels;
-  request.options.frame_rate_hz = kRateHz;
+  request.options.frame_rate_hz = kLayerRateHz;
   request.options.curves.alone = CurveStyle::kSing;
   request.options.curves.layered = layered;
   request.options.curves.ma.given = StyleSignal(ma);
@@ -37,7 +37,7 @@ PositionMatrix motionOf(const SynthesisRequest& request, const Corpus& corpus) {
 PositionMatrix captureOf(const SpeechLabels& labels, const Corpus& corpus) {
   SynthesisRequest request;
   request.labels = labels;
-  request.options.frame_rate_hz = kRateHz;
+  request.options.frame_rate_hz = kLayerRateHz;
   return motionOf(request, corpus);
 }
 
@@ -52,7 +52,7 @@ PositionMatrix ofTheMouth(const PositionMatrix& motion) {
 }
 
 double difference(const PositionMatrix& a, const PositionMatrix& b, Seconds time) {
-  const auto row = static_cast<Eigen::Index>(time * kRateHz);
+  const auto row = static_cast<Eigen::Index>(time * kLayerRateHz);
   return ofTheMouth(a.row(row) - b.row(row)).cwiseAbs().maxCoeff();
 }
 
@@ -105,7 +105,7 @@ TEST(Layering, InBetweenByOneLessMa) {
   const PositionMatrix capture = captureOf(labels, corpus);
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil || isVowel(phone.phone)) continue;
-    const auto row = static_cast<Eigen::Index>(phone.span.middle() * kRateHz);
+    const auto row = static_cast<Eigen::Index>(phone.span.middle() * kLayerRateHz);
     const auto wanted = kMa * curves.row(row) + (1 - kMa) * capture.row(row);
     EXPECT_LT(ofTheMouth(layered.row(row) - wanted).cwiseAbs().maxCoeff(), 1e-9) << phoneName(phone.phone);
   }
@@ -120,7 +120,7 @@ TEST(Layering, ComesAndGoesWithoutAStep) {
   // A step would not shrink with the frames.
   SynthesisRequest request = sungRequest(labels, 0, true);
   const double coarse = largest_step(motionOf(request, corpus));
-  request.options.frame_rate_hz = 4 * kRateHz;
+  request.options.frame_rate_hz = 4 * kLayerRateHz;
   EXPECT_LT(largest_step(motionOf(request, corpus)), 0.4 * coarse);
 }
 
@@ -131,8 +131,8 @@ TEST(Layering, LipsCloseForTheMInSong) {
                               [](const LabelledPhone& phone) { return phone.phone == Phone::kM; });
   for (const double ma : {0.0, 0.5, 1.0}) {
     const std::vector<double> opening = lipOpening(synthesise(sungRequest(labels, ma, true), corpus).motion);
-    const auto first = opening.begin() + static_cast<std::ptrdiff_t>((m->span.start - 0.02) * kRateHz);
-    const auto end = opening.begin() + static_cast<std::ptrdiff_t>(m->span.end * kRateHz);
+    const auto first = opening.begin() + static_cast<std::ptrdiff_t>((m->span.start - 0.02) * kLayerRateHz);
+    const auto end = opening.begin() + static_cast<std::ptrdiff_t>(m->span.end * kLayerRateHz);
     EXPECT_LT(*std::min_element(first, end), 1.6) << "mm; 1 apart at rest, Ma " << ma;
   }
 }

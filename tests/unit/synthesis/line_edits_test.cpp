@@ -11,9 +11,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 using Warnings = std::vector<std::string>;
 
 bool tells(const Warnings& warnings, std::string_view part) {
@@ -21,7 +21,7 @@ bool tells(const Warnings& warnings, std::string_view part) {
                      [&](const std::string& warning) { return warning.find(part) != std::string::npos; });
 }
 
-SynthesisRequest requestFor(const SpeechLabels& labels) {
+SynthesisRequest editedRequest(const SpeechLabels& labels) {
   SynthesisRequest request;
   request.labels = labels;
   request.options.curves.fill_gaps = true;
@@ -29,7 +29,7 @@ SynthesisRequest requestFor(const SpeechLabels& labels) {
 }
 
 UtteranceAnimation madeWith(const char* edits, const SpeechLabels& labels, const Corpus& corpus) {
-  SynthesisRequest request = requestFor(labels);
+  SynthesisRequest request = editedRequest(labels);
   request.options.edits = parseLineEdits(edits, "edits.json");
   return synthesise(request, corpus);
 }
@@ -90,14 +90,14 @@ TEST(LineEdits, MovesBordersAndKeepsEveryPhone) {
 TEST(LineEdits, TakesAUnitFromWhereItIsTold) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels("T-AY-M IH-Z", 42);
-  const UtteranceAnimation plain = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation plain = synthesise(editedRequest(labels), corpus);
   const UnitDatabase database(corpus);
   const SelectedUnit played{{PhoneIndex(1), PhoneIndex(2)}, {TakeIndex(0), PhoneIndex(9999)}, 0, 0, false, {}};
   const std::vector<SelectedUnit> others = otherUnits(labels, database, {&played, 1}, 3).at(0);
   ASSERT_FALSE(others.empty());
   const CorpusTake& take = database.takeOf(others[0].source);
   Warnings warnings;
-  SynthesisPlan plan = planLine(labels, database, requestFor(labels).options);
+  SynthesisPlan plan = planLine(labels, database, editedRequest(labels).options);
   const UnitEdit edit{
       {"T", "AY"}, labels.phones[1].span.start, take.name, take.labels.phones[others[0].source.phone.value].span.start};
   plan = withUnits(std::move(plan), labels, database, {edit}, warnings);
@@ -123,7 +123,7 @@ TEST(LineEdits, DrawsAStretchWithCurves) {
 TEST(LineEdits, NamesWhatDoesNotApplyAndHoldsWhatAFaceCannotDo) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels("T-AY-M IH-Z", 42);
-  const UtteranceAnimation plain = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation plain = synthesise(editedRequest(labels), corpus);
   const UtteranceAnimation beyond = madeWith(
       R"([{"curve":"Ah","kind":"offset","start_s":9,"end_s":10,"value":0.5},
           {"curve":"Foo","kind":"offset","start_s":0.1,"end_s":0.4,"value":0.5},
@@ -149,7 +149,7 @@ TEST(LineEdits, NamesWhatDoesNotApplyAndHoldsWhatAFaceCannotDo) {
 TEST(LineEdits, CurvesHandedBackChangeNothing) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels("T-AY-M IH-Z", 42);
-  const UtteranceAnimation plain = synthesise(requestFor(labels), corpus);
+  const UtteranceAnimation plain = synthesise(editedRequest(labels), corpus);
   const UtteranceAnimation again = madeWith(curvesToJson(plain.curves).c_str(), labels, corpus);
   EXPECT_EQ(again.motion.positions_mm, plain.motion.positions_mm);
   EXPECT_TRUE(again.warnings.empty());

@@ -27,7 +27,7 @@ SynthesisRequest longRequest(std::mt19937& random) {
     words += kWords[random() % kWords.size()];
   }
   SynthesisRequest request;
-  request.labels = testing::tinyLabels(words, random());
+  request.labels = samples::tinyLabels(words, random());
   request.options.selection.method = SelectionMethod::kViterbi;
   request.options.expression.head = true;
   return request;
@@ -36,9 +36,9 @@ SynthesisRequest longRequest(std::mt19937& random) {
 class LineMotionTest : public ::testing::Test {
  protected:
   LineMotionTest()
-      : corpus_(testing::tinyCorpus({"M-AE-N AE-T N-UW-N", "DH-AH T-AY-M IH-Z N-AW", "B-IH-B F-AY-V", "T-EH-N M-EH-N",
+      : corpus_(samples::tinyCorpus({"M-AE-N AE-T N-UW-N", "DH-AH T-AY-M IH-Z N-AW", "B-IH-B F-AY-V", "T-EH-N M-EH-N",
                                      "IH-T IH-Z T-EH-N | N-AW"})) {
-    corpus_.trajectory_model = testing::tinyModel(corpus_);
+    corpus_.trajectory_model = samples::tinyModel(corpus_);
   }
   Corpus corpus_;
   AudioClip silence_;

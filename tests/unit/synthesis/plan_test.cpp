@@ -14,8 +14,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 using Kind = Segment::Kind;
 
 /// Few enough that pairs come again, and of every kind.
@@ -150,7 +150,7 @@ TEST(Plan, APredictionLeadsStandInsAsLongAsThereAreSome) {
   for (int trial = 0; trial < 40; ++trial) {
     // Where no take closes the lips, nothing stands in for two phones in a row that do.
     Corpus corpus = randomCorpus(random, trial % 2 == 0 ? 0 : kWithoutLips);
-    corpus.trajectory_model = testing::tinyModel(corpus);
+    corpus.trajectory_model = samples::tinyModel(corpus);
     const UnitDatabase database(corpus);
     const SpeechLabels labels = tinyLabels(randomWords(random, 2 + random() % 4), random());
     const SynthesisOptions options = filling(SelectionMethod::kViterbi);
@@ -268,7 +268,7 @@ bool isSame(const UtteranceAnimation& a, const UtteranceAnimation& b) {
          std::memcmp(left.data(), right.data(), sizeof(double) * static_cast<std::size_t>(left.size())) == 0;
 }
 
-SynthesisRequest requestFor(const SpeechLabels& labels, SelectionMethod method) {
+SynthesisRequest selectedRequest(const SpeechLabels& labels, SelectionMethod method) {
   SynthesisRequest request;
   request.labels = labels;
   request.options = filling(method);
@@ -279,10 +279,10 @@ TEST(Plan, RendersToTheSameBytesAgainAndAsSynthesised) {
   std::mt19937 random(15);
   for (int trial = 0; trial < 10; ++trial) {
     Corpus corpus = randomCorpus(random);
-    if (trial % 2 == 0) corpus.trajectory_model = testing::tinyModel(corpus);
+    if (trial % 2 == 0) corpus.trajectory_model = samples::tinyModel(corpus);
     const UnitDatabase database(corpus);
     const SynthesisRequest request =
-        requestFor(tinyLabels(randomWords(random, 3), random()), SelectionMethod::kViterbi);
+        selectedRequest(tinyLabels(randomWords(random, 3), random()), SelectionMethod::kViterbi);
     const SynthesisPlan plan = planLine(request.labels, database, request.options);
     const UtteranceAnimation once = renderPlan(plan, request, database);
     EXPECT_TRUE(once.motion.positions_mm.allFinite()) << "trial " << trial;
@@ -298,10 +298,10 @@ TEST(Plan, RendersToTheSameBytesAgainAndAsSynthesised) {
 TEST(Plan, AnyNumberOfThreadsMakesTheSameBytes) {
   std::mt19937 random(16);
   Corpus corpus = tinyCorpus();
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   std::vector<SynthesisRequest> requests;
   for (int line = 0; line < 12; ++line)
-    requests.push_back(requestFor(tinyLabels(randomWords(random, 3), random()), SelectionMethod::kViterbi));
+    requests.push_back(selectedRequest(tinyLabels(randomWords(random, 3), random()), SelectionMethod::kViterbi));
   std::vector<UtteranceAnimation> alone;
   for (const SynthesisRequest& request : requests) alone.push_back(synthesise(request, corpus));
   for (const std::size_t threads : {1U, 2U, 5U}) {
@@ -322,7 +322,7 @@ TEST(Plan, AStretchTurnedIntoCurvesMovesTheFaceThereOnly) {
   const Corpus corpus = tinyCorpus();
   const UnitDatabase database(corpus);
   const SynthesisRequest request =
-      requestFor(tinyLabels("DH-AH T-AY-M IH-Z T-EH-N M-AE-N", 6), SelectionMethod::kGreedy);
+      selectedRequest(tinyLabels("DH-AH T-AY-M IH-Z T-EH-N M-AE-N", 6), SelectionMethod::kGreedy);
   SynthesisPlan plan = planLine(request.labels, database, request.options);
   const UtteranceAnimation captured = renderPlan(plan, request, database);
   const PhoneRange stretch{PhoneIndex(6), PhoneIndex(8)};
@@ -349,7 +349,7 @@ TEST(Plan, AnotherFragmentMayBePutInItsPlace) {
   const Corpus corpus = tinyCorpus({"M-AE-N", "M-AE-N", "N-AE-M"});
   const UnitDatabase database(corpus);
   const SpeechLabels labels = corpus.takes[0].labels;
-  SynthesisRequest request = requestFor(labels, SelectionMethod::kGreedy);
+  SynthesisRequest request = selectedRequest(labels, SelectionMethod::kGreedy);
   SynthesisPlan plan = planLine(labels, database, request.options);
   const PhoneRange whole{PhoneIndex(0), PhoneIndex(labels.phones.size() - 1)};
   for (const std::size_t take : {0U, 1U}) {

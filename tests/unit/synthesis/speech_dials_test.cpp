@@ -11,9 +11,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 UtteranceAnimation madeWith(const SpeechDials& dials, const Corpus& corpus) {
   SynthesisRequest request;

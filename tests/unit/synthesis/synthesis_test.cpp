@@ -14,9 +14,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::lipOpening;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::lipOpening;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 SynthesisRequest requestFor(const SpeechLabels& labels, double frame_rate_hz = 60) {
   SynthesisRequest request;
@@ -170,7 +170,7 @@ TEST(Synthesis, LidsRestInALineOfFragments) {
 
 TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
   Corpus corpus = tinyCorpus();
-  for (CorpusTake& take : corpus.takes) take = testing::tinyTake(take.name, take.text, 0);
+  for (CorpusTake& take : corpus.takes) take = samples::tinyTake(take.name, take.text, 0);
   const FrameChange fastest = frameChangePercentile(corpus, 60, 100);
   std::size_t joins = 0;
   for (const char* words :
@@ -189,7 +189,7 @@ TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
 /// Without a blend the same joins jump: the test above can fail.
 TEST(Synthesis, WithoutABlendJoinsJump) {
   Corpus corpus = tinyCorpus();
-  for (CorpusTake& take : corpus.takes) take = testing::tinyTake(take.name, take.text, 0);
+  for (CorpusTake& take : corpus.takes) take = samples::tinyTake(take.name, take.text, 0);
   for (CorpusTake& take : corpus.takes) take.motion.positions_mm.array() += take.name == "take0" ? 10 : 0;
   const FrameChange fastest = frameChangePercentile(corpus, 60, 100);
   SynthesisRequest request = requestFor(tinyLabels("DH-AH M-AE-N AE-T N-UW-N", 0));

@@ -11,7 +11,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyLabels;
+using samples::tinyLabels;
 
 using Shares = std::vector<std::pair<Eigen::Index, float>>;
 

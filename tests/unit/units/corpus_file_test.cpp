@@ -62,8 +62,8 @@ void rewriteNumbers(const fs::path& path, const std::string& name, const std::ve
 }
 
 TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
-  Corpus written = testing::tinyCorpus();
-  written.trajectory_model = testing::tinyModel(written);
+  Corpus written = samples::tinyCorpus();
+  written.trajectory_model = samples::tinyModel(written);
   written.lattice_weights["duration"] = 0.75;
   writeCorpus(path_, written);
   EXPECT_TRUE(checkCorpus(path_).empty());
@@ -92,7 +92,7 @@ TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
 
 /// What `corpus build` writes: positions in whole steps, and sound as long as a sentence.
 TEST_F(CorpusFile, PackedRowsAreAThirdAndSayTheSame) {
-  Corpus written = testing::tinyCorpus();
+  Corpus written = samples::tinyCorpus();
   writeCorpus(path_, written);
   const auto as_floats = fs::file_size(path_);
   for (CorpusTake& take : written.takes) {
@@ -113,7 +113,7 @@ TEST_F(CorpusFile, PackedRowsAreAThirdAndSayTheSame) {
 }
 
 TEST_F(CorpusFile, ReadsVersion1) {
-  const Corpus written = testing::tinyCorpus();
+  const Corpus written = samples::tinyCorpus();
   writeCorpus(path_, written);
   {
     SqliteDatabase database = SqliteDatabase::create(path_, path_);
@@ -128,8 +128,8 @@ TEST_F(CorpusFile, ReadsVersion1) {
 }
 
 TEST_F(CorpusFile, ReadsVersion2) {
-  Corpus written = testing::tinyCorpus();
-  written.trajectory_model = testing::tinyModel(written);
+  Corpus written = samples::tinyCorpus();
+  written.trajectory_model = samples::tinyModel(written);
   writeCorpus(path_, written);
   {
     SqliteDatabase database = SqliteDatabase::create(path_, path_);
@@ -143,8 +143,8 @@ TEST_F(CorpusFile, ReadsVersion2) {
 }
 
 TEST_F(CorpusFile, KeepsWhenTheMouthMovesInSilence) {
-  Corpus written = testing::tinyCorpus();
-  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  Corpus written = samples::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*samples::tinyModel(written));
   model->silence = {0.25, 0.5, 0.125, 0.75, true};  // what floats hold
   written.trajectory_model = model;
   writeCorpus(path_, written);
@@ -160,8 +160,8 @@ TEST_F(CorpusFile, KeepsWhenTheMouthMovesInSilence) {
 }
 
 TEST_F(CorpusFile, KeepsWhatASoundAdds) {
-  Corpus written = testing::tinyCorpus();
-  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  Corpus written = samples::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*samples::tinyModel(written));
   model->sound.expected = Eigen::MatrixXd::Random(kPhoneCount, kSoundMeasures);
   model->sound.spread = Eigen::RowVectorXd::Constant(kSoundMeasures, 0.5);
   model->sound.widest_spread = Eigen::RowVectorXd::Constant(kSoundMeasures, 0.75);
@@ -182,8 +182,8 @@ TEST_F(CorpusFile, KeepsWhatASoundAdds) {
 }
 
 TEST_F(CorpusFile, KeepsNetworksAndTheirShares) {
-  Corpus written = testing::tinyCorpus();
-  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  Corpus written = samples::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*samples::tinyModel(written));
   const auto features = signedIndex(contextFeatureNames().size());
   for (const Eigen::Index hidden : {3, 5})
     model->networks.push_back({ContextNetwork::Matrix::Random(features, kContextWindows * hidden),
@@ -219,14 +219,14 @@ TEST_F(CorpusFile, KeepsNetworksAndTheirShares) {
 }
 
 TEST_F(CorpusFile, MayHoldNoTake) {
-  writeCorpus(path_, testing::tinyCorpus(std::vector<std::string>{}));
+  writeCorpus(path_, samples::tinyCorpus(std::vector<std::string>{}));
   EXPECT_TRUE(checkCorpus(path_).empty());
   EXPECT_TRUE(readCorpus(path_).takes.empty());
 }
 
 TEST_F(CorpusFile, ReadsVersion4) {
-  Corpus written = testing::tinyCorpus();
-  written.trajectory_model = testing::tinyModel(written);
+  Corpus written = samples::tinyCorpus();
+  written.trajectory_model = samples::tinyModel(written);
   writeCorpus(path_, written);
   {
     SqliteDatabase database = SqliteDatabase::create(path_, path_);
@@ -245,7 +245,7 @@ TEST(StoredCorpusFiles, OfAllVersionsOpen) {
         fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/unit/units/stored" / ("version" + std::to_string(version) + ".corpus");
     EXPECT_EQ(checkCorpus(path), std::vector<std::string>());
     const Corpus read = readCorpus(path, CorpusAudio::kLoad);
-    const Corpus written = testing::tinyCorpus({"M-AE-N", "AH T-AY-M"}, 25);
+    const Corpus written = samples::tinyCorpus({"M-AE-N", "AH T-AY-M"}, 25);
     ASSERT_EQ(read.takes.size(), 2U);
     EXPECT_EQ(read.build_log.at("built_with"), "stored");
     for (std::size_t i = 0; i < 2; ++i) {
@@ -267,8 +267,8 @@ TEST(StoredCorpusFiles, OfAllVersionsOpen) {
 }
 
 TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {
-  Corpus written = testing::tinyCorpus({"M-AE-N"});
-  written.trajectory_model = testing::tinyModel(written);
+  Corpus written = samples::tinyCorpus({"M-AE-N"});
+  written.trajectory_model = samples::tinyModel(written);
   written.sound_cut_weights.slip = 1;
   const std::vector<float> usual(pairTerms().size(), 0.5F);
   const auto complaintAbout = [&](const char* row, std::vector<float> numbers) {
@@ -314,7 +314,7 @@ TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {
 }
 
 TEST_F(CorpusFile, RoundTripKeepsTheVisemePosesAndFindsTheirDamage) {
-  Corpus written = testing::tinyCorpus();
+  Corpus written = samples::tinyCorpus();
   written.viseme_poses = R"({"jaw_drop_mm": 1.25})";
   writeCorpus(path_, written);
   EXPECT_TRUE(checkCorpus(path_).empty());
@@ -331,7 +331,7 @@ TEST_F(CorpusFile, RoundTripKeepsTheVisemePosesAndFindsTheirDamage) {
 TEST_F(CorpusFile, APlaceIsWhole) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     for (const double strange : {std::nan(""), 1e9, -1e9}) {
-      Corpus written = testing::tinyCorpus();
+      Corpus written = samples::tinyCorpus();
       written.takes[0].motion.positions_mm(5, 3 + axis) = strange;
       writeCorpus(path_, written);
       EXPECT_NE(complaint().find("frame 5 marker 1: found ("), std::string::npos)
@@ -341,7 +341,7 @@ TEST_F(CorpusFile, APlaceIsWhole) {
 }
 
 TEST_F(CorpusFile, RoundTripKeepsEverything) {
-  Corpus written = testing::tinyCorpus();
+  Corpus written = samples::tinyCorpus();
   written.takes[1].motion.positions_mm.block<5, 3>(10, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
   written.takes[2].text = "quotes ' \" and \xC3\xA9";
   writeCorpus(path_, written);
@@ -386,21 +386,21 @@ TEST_F(CorpusFile, RoundTripKeepsEverything) {
 }
 
 TEST_F(CorpusFile, WrittenTwiceIsTheSameToTheByte) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   const std::string first = readFile(path_);
   writeCorpus(path_, readCorpus(path_, CorpusAudio::kLoad));
   EXPECT_EQ(readFile(path_), first);
 }
 
 TEST_F(CorpusFile, AudioCanBeLeftOut) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   const Corpus read = readCorpus(path_);
   EXPECT_TRUE(read.takes[0].audio.samples.empty());
   EXPECT_EQ(read.takes[0].audio.sample_rate_hz, 8000);
 }
 
 TEST_F(CorpusFile, MotionOnDemandIsTheSameMotion) {
-  const Corpus written = testing::tinyCorpus();
+  const Corpus written = samples::tinyCorpus();
   writeCorpus(path_, written);
   const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   fs::remove(path_);  // the file stays open
@@ -415,10 +415,10 @@ TEST_F(CorpusFile, MotionOnDemandIsTheSameMotion) {
 }
 
 TEST_F(CorpusFile, MotionOnDemandFindsDamageWhenUsed) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   std::string bytes = readFile(path_);
   const Eigen::Matrix<float, 1, Eigen::Dynamic> row =
-      testing::tinyCorpus().takes[2].motion.positions_mm.row(40).cast<float>();
+      samples::tinyCorpus().takes[2].motion.positions_mm.row(40).cast<float>();
   const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(row.data()), sizeof(float) * 9));
   ASSERT_NE(at, std::string::npos);
   bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 4);
@@ -429,7 +429,7 @@ TEST_F(CorpusFile, MotionOnDemandFindsDamageWhenUsed) {
 }
 
 TEST_F(CorpusFile, ReadsFromAReadOnlyFolderWithoutLeavingFiles) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   fs::permissions(path_, fs::perms::owner_read);
   fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_EQ(complaint(), "");
@@ -439,7 +439,7 @@ TEST_F(CorpusFile, ReadsFromAReadOnlyFolderWithoutLeavingFiles) {
 
 TEST_F(CorpusFile, ANameWithUriCharactersOpens) {
   path_ = folder_ / "50% ?mode=rwc&x#y.corpus";
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   EXPECT_EQ(complaint(), "");
 }
 
@@ -455,7 +455,7 @@ TEST_F(CorpusFile, WhatIsNoCorpusIsNamed) {
 }
 
 TEST_F(CorpusFile, ANewerVersionSaysSo) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   std::string bytes = readFile(path_);
   bytes[63] = static_cast<char>(kCorpusFormatVersion + 1);  // user_version, big-endian at 60
   writeBytes(bytes);
@@ -465,7 +465,7 @@ TEST_F(CorpusFile, ANewerVersionSaysSo) {
 }
 
 TEST_F(CorpusFile, AnotherDatabaseIsNoCorpus) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   std::string bytes = readFile(path_);
   bytes[68] = 0;  // application_id
   writeBytes(bytes);
@@ -473,7 +473,7 @@ TEST_F(CorpusFile, AnotherDatabaseIsNoCorpus) {
 }
 
 TEST_F(CorpusFile, EveryTruncationIsRefused) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   const std::string whole = readFile(path_);
   for (std::size_t size = 0; size < whole.size(); size += 1021) {
     writeBytes(whole.substr(0, size));
@@ -485,7 +485,7 @@ TEST_F(CorpusFile, EveryTruncationIsRefused) {
 
 /// Any flipped bit is either found or changes nothing that is read (free space of a page, unused header fields).
 TEST_F(CorpusFile, AFlippedBitNeverChangesWhatIsRead) {
-  const Corpus original = testing::tinyCorpus({"DH-AH T-AY-M"});
+  const Corpus original = samples::tinyCorpus({"DH-AH T-AY-M"});
   writeCorpus(path_, original);
   const std::string whole = readFile(path_);
   std::size_t found = 0;
@@ -510,9 +510,9 @@ TEST_F(CorpusFile, AFlippedBitNeverChangesWhatIsRead) {
 }
 
 TEST_F(CorpusFile, CheckNamesEveryDamagedRow) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   EXPECT_TRUE(checkCorpus(path_).empty());
-  const Corpus corpus = testing::tinyCorpus();
+  const Corpus corpus = samples::tinyCorpus();
   std::string bytes = readFile(path_);
   // The first frame's bytes are the same in two takes only by chance: damage each take's own row in its place.
   for (const std::size_t take : {1U, 4U}) {
@@ -530,18 +530,18 @@ TEST_F(CorpusFile, CheckNamesEveryDamagedRow) {
 }
 
 TEST_F(CorpusFile, FailedWriteKeepsTheOldFile) {
-  writeCorpus(path_, testing::tinyCorpus());
+  writeCorpus(path_, samples::tinyCorpus());
   const std::string before = readFile(path_);
-  Corpus wrong = testing::tinyCorpus();
+  Corpus wrong = samples::tinyCorpus();
   wrong.takes[0].motion.marker_names.pop_back();
   EXPECT_THROW(writeCorpus(path_, wrong), InternalError);
   EXPECT_EQ(readFile(path_), before);
-  EXPECT_THROW(writeCorpus(path_ / "below_a_file.corpus", testing::tinyCorpus()), InputError);
+  EXPECT_THROW(writeCorpus(path_ / "below_a_file.corpus", samples::tinyCorpus()), InputError);
 }
 
 TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
-  const Corpus original = testing::tinyCorpus();
-  writeCorpus(path_, testing::repeatedCorpus(original, 3));
+  const Corpus original = samples::tinyCorpus();
+  writeCorpus(path_, samples::repeatedCorpus(original, 3));
   const Corpus whole = readCorpus(path_);
   const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   ASSERT_EQ(whole.takes.size(), 3 * original.takes.size());
@@ -590,7 +590,7 @@ class TellingSource final : public CountingSource {
 };
 
 TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
-  Corpus corpus = testing::tinyCorpus();
+  Corpus corpus = samples::tinyCorpus();
   corpus.takes[0].motion.positions_mm.block(20, 3, 2, 3).setConstant(std::nan(""));
   const UnitDatabase in_memory(corpus);
   for (const bool tells : {true, false}) {
@@ -609,7 +609,7 @@ TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
 }
 
 TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
-  Corpus corpus = testing::tinyCorpus();
+  Corpus corpus = samples::tinyCorpus();
   const auto source = std::make_shared<CountingSource>(corpus);
   corpus.motion_source = source;
   UnitDatabase database(corpus);
@@ -625,7 +625,7 @@ TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
 }
 
 TEST(UnitDatabaseTest, KeepsTheMotionThatWasAskedForLast) {
-  Corpus corpus = testing::tinyCorpus();
+  Corpus corpus = samples::tinyCorpus();
   corpus.takes.resize(2);
   for (CorpusTake& take : corpus.takes)
     take.motion.positions_mm =

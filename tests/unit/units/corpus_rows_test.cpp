@@ -89,8 +89,8 @@ class WrongCorpora : public ::testing::TestWithParam<Wrong> {
 };
 
 Corpus wholeCorpus() {
-  Corpus corpus = testing::tinyCorpus();
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  Corpus corpus = samples::tinyCorpus();
+  corpus.trajectory_model = samples::tinyModel(corpus);
   corpus.viseme_poses = "{}";
   return corpus;
 }
@@ -162,10 +162,10 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"DELETE FROM audio WHERE id=5", ":audio: has 5 rows; expected 6"},
         Wrong{"UPDATE audio SET samples=x'0102' WHERE id=0",
               fmt::format(":audio row 1: found 2 bytes; expected {}, or as many packed",
-                          2 * testing::tinyCorpus().takes[0].audio.samples.size())},
+                          2 * samples::tinyCorpus().takes[0].audio.samples.size())},
         Wrong{"UPDATE motion SET positions_mm=x'0102' WHERE id=2",
               fmt::format(":motion row 3: found 2 bytes; expected {}, or as many packed",
-                          48 * testing::tinyCorpus().takes[2].motion.frameCount())}));
+                          48 * samples::tinyCorpus().takes[2].motion.frameCount())}));
 
 INSTANTIATE_TEST_SUITE_P(
     Labels, WrongCorpora,

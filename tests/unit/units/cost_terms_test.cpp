@@ -14,8 +14,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 /// A row of the page's table, as it must stand there.
 std::string pageRow(const CostTerm& term) {
@@ -77,7 +77,7 @@ class OneThingWrong : public ::testing::Test {
     Corpus corpus = tinyCorpus({words, words});
     corpus.takes[1].labels = corpus.takes[0].labels;
     corpus.takes[1].motion = corpus.takes[0].motion;
-    corpus.trajectory_model = testing::tinyModel(corpus);
+    corpus.trajectory_model = samples::tinyModel(corpus);
     return corpus;
   }
   static constexpr double kRounding = 1e-5;
@@ -184,7 +184,7 @@ TEST_F(OneThingWrong, MotionFarFromThePredictionCosts) {
 
 TEST(JoinTerms, TellPositionVelocityAndOpeningApart) {
   Corpus corpus = tinyCorpus({"M-AE-N", "M-AE-N", "M-AE-N"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   for (CorpusTake& take : corpus.takes) {
     take.labels = corpus.takes[0].labels;
     take.motion = corpus.takes[0].motion;
@@ -220,7 +220,7 @@ TEST(PartOfALine, IsSelectedLikeAnother) {
     part.phones.back().syllable.reset();
   }
   for (const bool has_model : {false, true}) {
-    if (has_model) corpus.trajectory_model = testing::tinyModel(corpus);
+    if (has_model) corpus.trajectory_model = samples::tinyModel(corpus);
     for (const SelectionMethod method : {SelectionMethod::kGreedy, SelectionMethod::kViterbi}) {
       const UnitDatabase database(corpus);
       const auto units = selectUnits(part, database, {.method = method});
@@ -238,7 +238,7 @@ TEST(PartOfALine, IsSelectedLikeAnother) {
 
 TEST(RoughCost, IsTheTargetCostOfDurationsAndNearestNeighbours) {
   Corpus corpus = tinyCorpus();
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   const SpeechLabels line = tinyLabels("T-EH-N N-AW", 5);
   LatticeWeights durations;

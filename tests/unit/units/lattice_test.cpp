@@ -12,12 +12,12 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 Corpus modelledCorpus(const std::vector<std::string>& lines) {
   Corpus corpus = lines.empty() ? tinyCorpus() : tinyCorpus(lines);
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   return corpus;
 }
 

@@ -24,9 +24,9 @@
 namespace mouthpiece {
 namespace {
 
-using testing::Chance;
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::Chance;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 std::vector<Phone> spokenPhones() {
   std::vector<Phone> phones;
@@ -133,7 +133,7 @@ TEST(Articulation, VowelsLieInTheirTrapezium) {
   }
 }
 
-std::map<std::string, double> numbersOf(const ContextSegment& segment) {
+std::map<std::string, double> featureValuesOf(const ContextSegment& segment) {
   std::map<std::string, double> numbers;
   for (const auto& [feature, value] : segment.features)
     numbers[std::string(contextFeatureNames()[unsignedIndex(feature)])] += double{value};
@@ -142,15 +142,15 @@ std::map<std::string, double> numbersOf(const ContextSegment& segment) {
 
 /// Where a phone stands in word, phrase and time, by looking at all labels for each.
 TEST(ContextSegments, TellTheirPlaceInWordPhraseAndTime) {
-  Chance chance(testing::firstSeed());
+  Chance chance(samples::firstSeed());
   for (int round = 0; round < 30; ++round) {
     SCOPED_TRACE(round);
-    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const SpeechLabels labels = tinyLabels(samples::randomWords(chance), 1 + chance.below(1000));
     const std::vector<SpeechSegment> segments = speechSegments(labels);
     const std::vector<ContextSegment> seen = contextSegments(labels);
     ASSERT_EQ(segments.size(), seen.size());
     for (std::size_t i = 0; i < segments.size(); ++i) {
-      const auto numbers = numbersOf(seen[i]);
+      const auto numbers = featureValuesOf(seen[i]);
       EXPECT_EQ(numbers.contains("speech"), segments[i].in_speech);
       if (!segments[i].in_speech) continue;
       const std::size_t own = segments[i].label;
@@ -192,7 +192,7 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
   for (int stress = 0; stress < 3; ++stress) labels.syllables[unsignedIndex(stress)].stress = stress;
   std::vector<std::string> silences;
   for (const ContextSegment& segment : contextSegments(labels)) {
-    const auto numbers = numbersOf(segment);
+    const auto numbers = featureValuesOf(segment);
     const auto is = [&](const char* name) { return numbers.contains(name); };
     if (is("speech")) continue;
     for (const auto& [name, value] : numbers) EXPECT_EQ(value, 1) << name;
@@ -212,7 +212,7 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
     if (!labels.phones[i].syllable) continue;
     for (const ContextSegment& segment : contextSegments(labels)) {
       if (!segment.span.contains(labels.phones[i].span.middle())) continue;
-      const auto numbers = numbersOf(segment);
+      const auto numbers = featureValuesOf(segment);
       const int stress = labels.syllables[*labels.phones[i].syllable].stress;
       EXPECT_EQ(numbers.contains("stressed"), stress == 1);
       EXPECT_EQ(numbers.contains("secondary stress"), stress == 2);
@@ -234,7 +234,7 @@ TEST(ContextSegments, TheRateIsPhonesASecondOfSpeech) {
     for (LabelledPhone& phone : labels.phones) phone.span = {stretch * phone.span.start, stretch * phone.span.end};
     std::vector<double> rates;
     for (const ContextSegment& segment : contextSegments(labels)) {
-      const auto numbers = numbersOf(segment);
+      const auto numbers = featureValuesOf(segment);
       if (numbers.contains("rate")) rates.push_back(numbers.at("rate"));
     }
     return rates;
@@ -247,7 +247,7 @@ TEST(ContextSegments, TheRateIsPhonesASecondOfSpeech) {
 
 /// What is said before a moment is seen as what is said as long after it, by the windows' mirror images.
 TEST(ContextWindows, SeeBeforeAsTheySeeAfter) {
-  Chance chance(testing::firstSeed());
+  Chance chance(samples::firstSeed());
   for (int round = 0; round < 200; ++round) {
     const Seconds start = chance.between(-0.4, 0.4), end = start + chance.between(0.01, 0.4);
     std::vector<std::pair<Eigen::Index, float>> before, after;
@@ -267,9 +267,9 @@ TEST(ContextWindows, SeeBeforeAsTheySeeAfter) {
 
 /// A movement that leads by so much is the same movement, earlier.
 TEST(SegmentWeights, ALeadIsAShiftInTime) {
-  Chance chance(testing::firstSeed());
+  Chance chance(samples::firstSeed());
   for (int round = 0; round < 20; ++round) {
-    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const auto segments = speechSegments(tinyLabels(samples::randomWords(chance), 1 + chance.below(1000)));
     const Seconds constant = chance.between(0.005, 0.03), lead = chance.between(-0.05, 0.05);
     std::vector<Seconds> times, later;
     for (int i = 0; i < 40; ++i) {
@@ -286,7 +286,7 @@ TEST(SegmentWeights, ALeadIsAShiftInTime) {
 /// Several networks say their mean, mixed with the rest by their share.
 TEST(LinePrediction, SeveralNetworksAreTheirMean) {
   const Corpus corpus = tinyCorpus();
-  TrajectoryModel model = *testing::tinyModel(corpus);
+  TrajectoryModel model = *samples::tinyModel(corpus);
   const Eigen::Index components = model.componentCount(), hidden = 4;
   const auto network = [&] {
     return ContextNetwork{ContextNetwork::Matrix::Random(std::ssize(contextFeatureNames()), kContextWindows * hidden),
@@ -332,7 +332,7 @@ TEST(ContextSegments, TheRateIsThatOfTheSecondAround) {
   }
   const auto rateOf = [](const SpeechLabels& labels, std::size_t phone) {
     for (const ContextSegment& segment : contextSegments(labels)) {
-      if (segment.span.contains(labels.phones[phone].span.middle())) return numbersOf(segment).at("rate");
+      if (segment.span.contains(labels.phones[phone].span.middle())) return featureValuesOf(segment).at("rate");
     }
     return 0.0;
   };
@@ -596,7 +596,7 @@ TEST(VisemeDistance, IsADistanceThatClosuresAndSilenceMakeLong) {
 /// ends, each phone's own departure comes back, held back by one place that says nothing.
 TEST(ContextMean, OfATakesOwnLineIsItsDepartureHeldBack) {
   Corpus corpus = tinyCorpus({"M-AE-N T-OW"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   const SpeechLabels& line = corpus.takes[0].labels;
   const Eigen::MatrixXd mean = contextMean(line, database);
@@ -621,7 +621,7 @@ TEST(ContextMean, OfATakesOwnLineIsItsDepartureHeldBack) {
 
 TEST(Coverage, IsAPairOrAStandInThatWasSeenForEveryPair) {
   Corpus corpus = tinyCorpus({"M-AE-N T-OW", "P-AE-N D-OW"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   SelectionOptions without;
   without.backoff = Backoff::kNone;
   const SpeechLabels said = tinyLabels("M-AE-N D-OW", 4), new_pair = tinyLabels("P-OW", 4);

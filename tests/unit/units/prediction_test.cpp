@@ -16,8 +16,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 std::set<std::string> featuresOf(const SpeechSegment& segment) {
   std::set<std::string> names;
@@ -43,9 +43,9 @@ TEST(MovementStep, RisesSoftlyFromNothingToAll) {
 }
 
 TEST(SpeechSegments, FollowEachOtherFromEndToEnd) {
-  testing::Chance chance(11);
+  samples::Chance chance(11);
   for (int round = 0; round < 50; ++round) {
-    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const SpeechLabels labels = tinyLabels(samples::randomWords(chance), 1 + chance.below(1000));
     const std::vector<SpeechSegment> segments = speechSegments(labels);
     ASSERT_FALSE(segments.empty());
     EXPECT_EQ(segments.front().span.start, 0);
@@ -153,9 +153,9 @@ TEST(SpeechSegments, TheMouthOpensEarlierInALongerSilence) {
 }
 
 TEST(SegmentWeights, SumToOneAtEveryTime) {
-  testing::Chance chance(5);
+  samples::Chance chance(5);
   for (int round = 0; round < 20; ++round) {
-    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const auto segments = speechSegments(tinyLabels(samples::randomWords(chance), 1 + chance.below(1000)));
     const Seconds constant = chance.between(0.005, 0.03), lead = chance.between(-0.02, 0.04);
     const Eigen::MatrixXd weights = segmentWeights(segments, constant, lead, 50, 80);
     EXPECT_LT((weights.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
@@ -166,9 +166,9 @@ TEST(SegmentWeights, SumToOneAtEveryTime) {
 }
 
 TEST(SegmentResponse, IsTheWeightsTimesTheTargets) {
-  testing::Chance chance(6);
+  samples::Chance chance(6);
   for (int round = 0; round < 50; ++round) {
-    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const auto segments = speechSegments(tinyLabels(samples::randomWords(chance), 1 + chance.below(1000)));
     const Seconds constant = chance.between(0.002, 0.05), lead = chance.between(-0.02, 0.04);
     const Eigen::MatrixXd targets = Eigen::MatrixXd::Random(static_cast<Eigen::Index>(segments.size()), 3);
     std::vector<Seconds> times{-1, 0, 100};
@@ -179,16 +179,16 @@ TEST(SegmentResponse, IsTheWeightsTimesTheTargets) {
 }
 
 TEST(LinePrediction, IsTheSameWhetherItKeepsAnythingOrNot) {
-  TrajectoryModel model = *testing::tinyModel(tinyCorpus());
+  TrajectoryModel model = *samples::tinyModel(tinyCorpus());
   constexpr Eigen::Index kHidden = 5;
   const Eigen::Index components = model.componentCount();
   const auto features = static_cast<Eigen::Index>(contextFeatureNames().size());
   model.networks.push_back({ContextNetwork::Matrix::Random(features, kContextWindows * kHidden),
                             Eigen::RowVectorXf::Random(kHidden), ContextNetwork::Matrix::Random(kHidden, components)});
   model.network_share = Eigen::RowVectorXd::Constant(components, 0.7);
-  testing::Chance chance(11);
+  samples::Chance chance(11);
   for (int round = 0; round < 30; ++round) {
-    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const SpeechLabels labels = tinyLabels(samples::randomWords(chance), 1 + chance.below(1000));
     const Seconds start = chance.between(-0.2, 1), end = start + chance.between(0, 0.4);
     const std::vector<Seconds> times{start, 0.5 * (start + end), end};
     EXPECT_EQ(LinePrediction(model, labels, LinePrediction::Keeps::kNothing).at(times),
@@ -199,10 +199,10 @@ TEST(LinePrediction, IsTheSameWhetherItKeepsAnythingOrNot) {
 
 TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
   const Corpus corpus = tinyCorpus();
-  const auto model = testing::tinyModel(corpus);
-  testing::Chance chance(7);
+  const auto model = samples::tinyModel(corpus);
+  samples::Chance chance(7);
   for (int round = 0; round < 20; ++round) {
-    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const SpeechLabels labels = tinyLabels(samples::randomWords(chance), 1 + chance.below(1000));
     const std::vector<Seconds> times{0.15, 0.31, 0.55};
     const auto segments = predictionSegments(labels);
     Eigen::MatrixXd expected = model->level.replicate(3, 1);
@@ -225,7 +225,7 @@ TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
 /// PhoneShapes of a take that moves as predicted are the prediction; each is looked at where the page says.
 TEST(PhoneShapes, OfTheOwnPredictionAreThePrediction) {
   const Corpus corpus = tinyCorpus();
-  const auto model = testing::tinyModel(corpus);
+  const auto model = samples::tinyModel(corpus);
   const SpeechLabels labels = tinyLabels("M-AE-N IY-T", 3);
   MotionClip motion = corpus.takes[0].motion;
   motion.frame_rate_hz = 1000;
@@ -269,7 +269,7 @@ TEST(PhoneShapes, LookAtSilencesWhereTheyMeetSpeech) {
 
 TEST(PhoneShapes, WhatWasNotSeenIsNaNUnlessNoComponentLooksAtIt) {
   Corpus corpus = tinyCorpus();
-  const auto model = testing::tinyModel(corpus);
+  const auto model = samples::tinyModel(corpus);
   MotionClip motion = corpus.takes[0].motion;
   motion.positions_mm.rightCols(3).setConstant(std::nan(""));  // the brow
   const SpeechLabels& labels = corpus.takes[0].labels;

@@ -16,8 +16,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::tinyCorpus;
-using testing::tinyLabels;
+using samples::tinyCorpus;
+using samples::tinyLabels;
 
 /// Units cover the line from end to end, and neighbours share one phone.
 void expectCover(const std::vector<SelectedUnit>& units, const SpeechLabels& line) {
@@ -104,7 +104,7 @@ TEST(GreedySelection, OfEqualFragmentsTheOneOfLikeTimingWins) {
 TEST(GreedySelection, OfEqualFragmentsTheOneOfLikeContextWins) {
   // AE T is wanted after M; both takes have the same timing, one has it after M, one after N.
   Corpus corpus = tinyCorpus({"N-AE-T", "M-AE-T"});
-  corpus.takes[1] = testing::tinyTake("take1", "M-AE-T", 1);
+  corpus.takes[1] = samples::tinyTake("take1", "M-AE-T", 1);
   const UnitDatabase database(corpus);
   const SpeechLabels line = tinyLabels("M-AE-T", 1);
   const SelectionCosts costs(line, database, SelectionWeights());
@@ -228,13 +228,13 @@ TEST(Viterbi, FindsTheLeastCostOfAllCovers) {
 /// Whatever the corpus: for each phone the longest runs of the unit's phones with it that are seen elsewhere, too, the
 /// longest first and of a run the cheapest first; by looking at every place of every take.
 TEST(OtherUnits, AreTheLongestRunsWithEachPhoneTheCheapestFirst) {
-  const std::uint64_t first_seed = testing::firstSeed();
+  const std::uint64_t first_seed = samples::firstSeed();
   std::size_t offered = 0, inside = 0;
   for (std::uint64_t seed = first_seed; seed < first_seed + 40; ++seed) {
     SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
-    testing::Chance chance(seed);
-    Corpus corpus = testing::randomCorpus(chance);
-    if (chance.oneIn(2)) corpus.trajectory_model = testing::tinyModel(corpus);
+    samples::Chance chance(seed);
+    Corpus corpus = samples::randomCorpus(chance);
+    if (chance.oneIn(2)) corpus.trajectory_model = samples::tinyModel(corpus);
     const UnitDatabase database(corpus);
     const SpeechLabels& line = corpus.takes[0].labels;
     const std::size_t first = chance.below(line.phones.size() - 1);
@@ -310,7 +310,7 @@ TEST(OtherUnits, AreTheLongestRunsWithEachPhoneTheCheapestFirst) {
 /// A pair that is chosen already stays, whatever else would suit; what it does not spell is a stand-in.
 TEST(SettledPairs, AreKeptByTheLattice) {
   Corpus corpus = tinyCorpus({"M-AE-N T-AY-M", "M-AE-N IY-T", "P-AE-N T-AY-T"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   const SpeechLabels& line = corpus.takes[0].labels;
   SelectionOptions options;
@@ -337,7 +337,7 @@ TEST(SettledPairs, AreKeptByTheLattice) {
 /// What is said as a take was, in its own time, is that take alone; a phone moved by a little makes it a line of pairs.
 TEST(Lattice, ATakeInItsOwnTimeIsTakenWhole) {
   Corpus corpus = tinyCorpus({"M-AE-N T-AY-M", "M-AE-N T-AY-M", "T-AY-M M-AE-N"});
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   SelectionOptions options;
   options.method = SelectionMethod::kViterbi;

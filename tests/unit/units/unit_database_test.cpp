@@ -15,8 +15,8 @@
 namespace mouthpiece {
 namespace {
 
-using testing::Chance;
-using testing::tinyCorpus;
+using samples::Chance;
+using samples::tinyCorpus;
 
 /// Whether every frame from the one at or before the first phone's start to the one at or after the last one's end has
 /// all markers, and the motion lasts as long as what is said.
@@ -34,12 +34,12 @@ bool isSeenByLooking(const CorpusTake& take, std::size_t first, std::size_t coun
 }
 
 TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
-  const std::uint64_t first_seed = testing::firstSeed();
+  const std::uint64_t first_seed = samples::firstSeed();
   std::size_t unseen = 0, seen = 0;
   for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
     SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
     Chance chance(seed);
-    Corpus corpus = testing::randomCorpus(chance);
+    Corpus corpus = samples::randomCorpus(chance);
     if (chance.oneIn(4)) {  // a capture that ends before the speech does
       MotionClip& motion = corpus.takes[0].motion;
       motion.positions_mm.conservativeResize(motion.positions_mm.rows() * 2 / 3, Eigen::NoChange);
@@ -61,9 +61,9 @@ TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
 }
 
 TEST(UnitDatabaseProperty, FindsEveryDiphoneOnce) {
-  Chance chance(testing::firstSeed());
+  Chance chance(samples::firstSeed());
   for (int round = 0; round < 20; ++round) {
-    const Corpus corpus = testing::randomCorpus(chance);
+    const Corpus corpus = samples::randomCorpus(chance);
     const UnitDatabase database(corpus);
     std::size_t pairs = 0, listed = 0;
     for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
@@ -150,12 +150,12 @@ TEST(UnitDatabaseTest, ALayoutWithoutLipsHasNoOpening) {
 /// One database serves many threads: each line is selected as it is alone.
 TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
   Corpus corpus = tinyCorpus();
-  corpus.trajectory_model = testing::tinyModel(corpus);
+  corpus.trajectory_model = samples::tinyModel(corpus);
   const std::vector<const char*> lines = {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "N-UW-N | DH-AH M-AE-P",
                                           "T-EH-N M-EH-N"};
   const auto select = [&](const UnitDatabase& database, std::size_t i) {
     const SelectionMethod method = i % 2 == 0 ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
-    return selectUnits(testing::tinyLabels(lines[i % lines.size()], i + 1), database, {.method = method});
+    return selectUnits(samples::tinyLabels(lines[i % lines.size()], i + 1), database, {.method = method});
   };
   constexpr std::size_t kRuns = 16;
   std::vector<std::vector<SelectedUnit>> alone(kRuns), together(kRuns);
@@ -175,7 +175,7 @@ TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
 
 /// Between two frames it is their mean by time, and beyond the ends of a clip what these show.
 TEST(PoseAt, IsBetweenItsFramesAndHeldBeyondThem) {
-  CorpusTake take = testing::tinyTake("a", "DH-AH T-AY-M", 3, 50);
+  CorpusTake take = samples::tinyTake("a", "DH-AH T-AY-M", 3, 50);
   take.motion.positions_mm.setRandom();
   const std::vector<Eigen::Index> columns{1, 4, 7};
   const auto frame = [&](Eigen::Index k) -> Eigen::RowVectorXd { return take.motion.positions_mm(k, columns); };

@@ -10,7 +10,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::spokenPhones;
+using samples::spokenPhones;
 
 const AnimationCurve& curveOf(const CurveSet& curves, std::string_view name) {
   const AnimationCurve* curve = findCurve(curves, name);

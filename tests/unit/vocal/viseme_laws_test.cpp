@@ -13,7 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::spokenPhones;
+using samples::spokenPhones;
 
 constexpr std::array<StyleExtreme, 4> kExtremes{{{false, false}, {true, false}, {false, true}, {true, true}}};
 

@@ -12,7 +12,7 @@
 namespace mouthpiece {
 namespace {
 
-using testing::spokenPhones;
+using samples::spokenPhones;
 
 TEST(StyleSignal, GoesStraightBetweenItsPointsAndHoldsBeyond) {
   for (unsigned seed = 0; seed < 50; ++seed) {

@@ -15,7 +15,7 @@ class SpellingReader : public Voice {
   explicit SpellingReader(std::uint64_t seed) : seed_(seed) {}
   SpokenLine speak(std::string_view text) override {
     SpokenLine line;
-    line.labels = testing::tinyLabels(text, seed_);
+    line.labels = samples::tinyLabels(text, seed_);
     line.text = text;
     return line;
   }
@@ -32,14 +32,14 @@ class CorpusVoiceTest : public ::testing::Test {
     return CorpusVoice(std::make_unique<SpellingReader>(seed), database_, options).speak(text);
   }
 
-  Corpus corpus_ = testing::tinyCorpus();
+  Corpus corpus_ = samples::tinyCorpus();
   UnitDatabase database_{corpus_};
 };
 
 TEST_F(CorpusVoiceTest, SaysTheReadersPhonesOnItsOwnClock) {
   for (const char* text : {"DH-AH T-AY-M IH-Z N-AW", "M-AE-N IH-Z T-EH-N", "N-AW | AY M-EH-N", "T-IY", "AH-P M-UW-N T-EH-N"}) {
     const SpokenLine line = speak(text);
-    const SpeechLabels read = testing::tinyLabels(text, 77);
+    const SpeechLabels read = samples::tinyLabels(text, 77);
     EXPECT_NO_THROW(expectConsistent(line.labels)) << text;
     EXPECT_EQ(namesOf(line.labels), namesOf(read));
     EXPECT_EQ(wordsOf(line.labels), wordsOf(read));
@@ -71,7 +71,7 @@ TEST_F(CorpusVoiceTest, ALineOfTheCorpusKeepsItsOwnDurations) {
 
 TEST_F(CorpusVoiceTest, ARateIsTheReadersTimesThat) {
   const char* text = "M-AE-N IH-Z T-EH-N";
-  const SpeechLabels read = testing::tinyLabels(text, 77);
+  const SpeechLabels read = samples::tinyLabels(text, 77);
   for (const double rate : {0.5, 1.0, 2.0}) {
     const SpokenLine line = speak(text, rate);
     for (std::size_t i = 1; i + 1 < line.labels.phones.size(); ++i) {
