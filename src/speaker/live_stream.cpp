@@ -14,6 +14,7 @@
 #include "expression/live_face.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/live_ear.h"
+#include "phonetics/labels/phone_lengths.h"
 #include "speaker/live_parts.h"
 #include "speaker/live_setup.h"
 #include "speaker/speaker_data.h"
@@ -42,12 +43,6 @@ void expectSpan(const TimeSpan& span) {
         fmt::format("found times {} to {} s; expected a start from 0 s on and a later end", span.start, span.end));
 }
 
-/// How long a phone usually is beside others of its word.
-double usualLength(Phone phone) {
-  if (isDiphthong(phone)) return 1.8;
-  return isVowel(phone) ? 1.4 : 1.0;
-}
-
 }  // namespace
 
 struct LiveStream::Data {
@@ -59,6 +54,8 @@ struct LiveStream::Data {
   void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
   void pushPhones(const std::vector<PhoneSegment>& phones);
   void makeOwnVoice();
+  void makePronouncer();
+  std::vector<PhoneSegment> phonesOfWord(std::string_view word, const TimeSpan& span);
   void makeEar();
   void expectOpen(bool is_sound);
   void catchUp();
@@ -78,6 +75,7 @@ struct LiveStream::Data {
   std::vector<bool> upper_columns;
   std::unique_ptr<Voice> voice;
   std::unique_ptr<Pronouncer> pronouncer;
+  PhoneLengths lengths;  ///< of the corpus, once there is a pronouncer
   // Of sound:
   std::unique_ptr<LiveEar> ear;
   LiveResampler resampler;
@@ -133,6 +131,31 @@ void LiveStream::Data::makeOwnVoice() {
   if (voice) return;
   voice = makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
                                               setup.synthesis.selection, setup.rate});
+}
+
+void LiveStream::Data::makePronouncer() {
+  if (pronouncer) return;
+  pronouncer = std::make_unique<Pronouncer>(setup.lexicon ? &*setup.lexicon : nullptr, *setup.language);
+  for (const CorpusTake& take : setup.corpus.data().corpus.takes) lengths.add(take.labels);
+}
+
+/// A word that is said within `span`, as the language says it; a number may be several.
+std::vector<PhoneSegment> LiveStream::Data::phonesOfWord(std::string_view word, const TimeSpan& span) {
+  makePronouncer();
+  std::vector<PhoneSegment> segments;
+  Seconds length = 0;
+  for (const TranscriptWord& said : pronouncer->wordsOf(word)) {
+    for (const Phone phone : said.ways.front().phones) {
+      segments.push_back({.phone = phone, .span = {length, length + lengths.of(phone)}, .word = words});
+      length += lengths.of(phone);
+    }
+    ++words;
+  }
+  for (PhoneSegment& segment : segments) {
+    segment.span.start = std::lerp(span.start, span.end, segment.span.start / length);
+    segment.span.end = std::lerp(span.start, span.end, segment.span.end / length);
+  }
+  return segments;
 }
 
 ShownFrame LiveStream::Data::restingFrame() const {
@@ -382,22 +405,7 @@ void LiveStream::push(const LivePhone& phone) {
 void LiveStream::push(std::string_view word, const TimeSpan& span) {
   expectSpan(span);
   Data& data = *data_;
-  if (!data.pronouncer)
-    data.pronouncer =
-        std::make_unique<Pronouncer>(data.setup.lexicon ? &*data.setup.lexicon : nullptr, *data.setup.language);
-  std::vector<PhoneSegment> segments;
-  double lengths = 0;
-  for (const TranscriptWord& said : data.pronouncer->wordsOf(word)) {  // a number may be several words
-    for (const Phone phone : said.ways.front().phones) {
-      segments.push_back({.phone = phone, .span = {lengths, lengths + usualLength(phone)}, .word = data.words});
-      lengths += usualLength(phone);
-    }
-    ++data.words;
-  }
-  for (PhoneSegment& segment : segments) {
-    segment.span.start = std::lerp(span.start, span.end, segment.span.start / lengths);
-    segment.span.end = std::lerp(span.start, span.end, segment.span.end / lengths);
-  }
+  const std::vector<PhoneSegment> segments = data.phonesOfWord(word, span);
   data.expectOpen(false);
   data.catchUp();
   data.pushPhones(segments);

@@ -9,6 +9,8 @@
 
 #include "mouthpiece/mouthpiece.h"
 #include "mouthpiece/speaker.h"
+#include "phonetics/labels/phone_lengths.h"
+#include "speaker/speaker_data.h"
 #include "support/allocations.h"
 #include "support/error_of.h"
 #include "support/run_program.h"
@@ -427,6 +429,32 @@ TEST_F(Live, WordsAndTextAreSaid) {
   text.say("and yours?");
   text.finish();
   EXPECT_GT(text.saidUntil(), until + 1);
+}
+
+TEST_F(Live, PhonesOfAWordShareItsTimeAsInTheCorpus) {
+  const SharedCorpus corpus(kLiveShare / "sample.corpus");
+  PhoneLengths lengths;
+  for (const CorpusTake& take : corpus.data().corpus.takes) lengths.add(take.labels);
+  const std::array<Phone, 3> bob{Phone::kB, Phone::kAA, Phone::kB};
+  const Seconds all = 2 * lengths.of(Phone::kB) + lengths.of(Phone::kAA);
+  LiveStream phones = speaker().live(), words = speaker().live();
+  Seconds start = 0.5;
+  for (const Phone phone : bob) {
+    const Seconds end = start + 0.4 * lengths.of(phone) / all;
+    phones.push(LivePhone{phoneName(phone), {start, end}, 0});
+    start = end;
+  }
+  words.push("bob", {0.5, 0.9});
+  for (LiveStream* stream : {&phones, &words}) {
+    stream->silence(1.5);
+    stream->finish();
+  }
+  Pulled by_phones, by_words;
+  by_phones.addAll(phones);
+  by_words.addAll(words);
+  ASSERT_EQ(by_words.frames, by_phones.frames);
+  for (std::size_t i = 0; i < by_words.markers_mm.size(); ++i)
+    ASSERT_NEAR(by_words.markers_mm[i], by_phones.markers_mm[i], 1e-6);
 }
 
 TEST_F(Live, OneThreadPushesWhileAnotherPulls) {
