@@ -43,22 +43,27 @@ class FloatRows : public StreamOutput {
   explicit FloatRows(StreamRows what) : what_(what) {}
 
   void write(const Frame& frame) override {
-    bytes_.clear();
-    put(static_cast<float>(frame.time));
     if (what_ == StreamRows::kArkit) {
-      for (const float weight : frame.arkit) put(weight);
+      put(frame.time, frame.arkit);
     } else if (what_ == StreamRows::kMarkers) {
-      for (const double mm : frame.markers_mm) put(static_cast<float>(mm));
+      put(frame.time, frame.markers_mm);
     } else {
-      for (const float value : frame.vertices) put(value);
+      put(frame.time, frame.vertices);
     }
     printText(bytes_);
   }
 
  private:
-  void put(float value) {
+  template <typename Values>
+  void put(Seconds time, const Values& values) {
+    bytes_.resize(sizeof(float) * (1 + values.size()));
+    char* to = putOne(static_cast<float>(time), bytes_.data());
+    for (const auto value : values) to = putOne(static_cast<float>(value), to);
+  }
+  static char* putOne(float value, char* to) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
-    for (const unsigned shift : {0U, 8U, 16U, 24U}) bytes_.push_back(static_cast<char>(bits >> shift & 0xFFU));
+    for (const unsigned shift : {0U, 8U, 16U, 24U}) *to++ = static_cast<char>(bits >> shift & 0xFFU);
+    return to;
   }
 
   StreamRows what_;
