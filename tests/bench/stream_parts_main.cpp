@@ -60,8 +60,8 @@ MotionClip heardOn(const Speaker& speaker, std::span<const float> before, const 
   return pulledFrom(stream, markers, asReal(before.size()) / 16000);
 }
 
-/// The `count` sounds before number `sound`, or the last ones, one after the other, to whole 0.2 s: a frame and a hop of
-/// the ear begin where they end.
+/// The `count` sounds before number `sound`, or the last ones, one after the other, to whole 0.2 s: a frame and a hop
+/// of the ear begin where they end.
 std::vector<float> soundsBefore(std::size_t sound, std::size_t count, const std::vector<std::string>& sounds) {
   constexpr std::size_t kEven = 3200;
   std::vector<float> all;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -37,8 +38,11 @@ struct LineWish {
   std::optional<WishedExpression> expression = std::nullopt;
 };
 
+class WordNetwork;
+
 /// The lines of one session: what was asked for, how far it is, and where its files are. One thread makes them, one
-/// after the other, with the corpus and the faces open all the while. Thread-safe.
+/// after the other, with the corpus and the faces open all the while. What the last line took to be heard or said is
+/// kept for the next one, for ten minutes. Thread-safe.
 ///
 /// FOLDER/001-the-time-is-now holds a line, .../001-the-time-is-now.2 the same after a change: what is there is never
 /// written again. A `line.json` in each tells what was asked for, so that a later session has its lines again.
@@ -81,9 +85,17 @@ class ServedLines {
     std::optional<Performance> performance;
   };
   class Cancelled {};
+  /// Who spoke the last line, for lines that wish for the same.
+  struct LastSpeaker {
+    std::string wish;  ///< all of it but what is said
+    SharedFace face;
+    Speaker speaker;
+  };
 
   void work(std::stop_token stop);
   void make(std::size_t line);
+  /// The speaker of a line, the last one where it can be; `edits`: what is changed in the line, or "".
+  Speaker& speakerFor(const LineWish& wish, const std::filesystem::path& edits);
   void fit(std::size_t line);
   void enter(std::size_t line, std::string_view stage);
   void finish(std::size_t line, State state, const std::string& error);
@@ -98,6 +110,8 @@ class ServedLines {
   SharedCorpus corpus_;
   std::map<std::string, std::filesystem::path> faces_;  ///< by the name that the page shows
   std::map<std::string, SharedFace> opened_;            ///< of the thread that makes the lines
+  std::optional<LastSpeaker> last_;                     ///< of the same thread
+  std::shared_ptr<WordNetwork> network_;                ///< held so that its program lives from line to line
   std::vector<Entry> lines_;
   std::deque<std::size_t> waiting_;
   mutable std::mutex mutex_;

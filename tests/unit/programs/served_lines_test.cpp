@@ -1,0 +1,73 @@
+// What `synth serve` keeps from line to line.
+#include "programs/synth/served_lines.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "base/child_process.h"
+#include "mouthpiece/mouthpiece.h"
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kServedShare = MOUTHPIECE_BUILD_SHARE_DIR;
+
+/// A program in the network's place that hears no words, and adds a line to `starts` when it starts.
+std::string networkThatTells(const fs::path& starts) {
+  return "import { appendFileSync, readSync, writeSync } from 'node:fs'; appendFileSync('" + starts.string() +
+         "', 'x\\n'); const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;"
+         "  while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };"
+         "for (;;) { const head = read(8); read(2 * head.readUInt32LE(0) + head.readUInt32LE(4));"
+         "  writeSync(3, '[]\\n'); }";
+}
+
+std::size_t times(const std::string& state, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = state.find(part); at != std::string::npos; at = state.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(ServedLines, AskOneNetworkProgramForAllRecordings) {
+  if (!fs::exists(kServedShare / "default.face")) GTEST_SKIP() << "no sample corpus: run `make data`";
+  if (!findProgram("node")) GTEST_SKIP() << "no Node";
+  const ScratchFolder scratch;
+  const fs::path share = scratch.path() / "share", starts = scratch.path() / "starts";
+  fs::create_directories(share / "word_network");
+  for (const fs::directory_entry& file : fs::directory_iterator(kServedShare)) {
+    if (file.path().filename() != "word_network") fs::create_symlink(file, share / file.path().filename());
+  }
+  static_cast<void>(scratch.write("share/word_network/hear_words.mjs", networkThatTells(starts)));
+  setenv("MOUTHPIECE_SHARE", share.c_str(), 1);
+  SpeakerOptions options;
+  options.corpus = kServedShare / "clock.corpus";
+  options.face = kServedShare / "default.face";
+  options.voice = "flite:slt";
+  const fs::path sound = scratch.path() / "now.wav";
+  save(Speaker(options).perform("now"), sound);
+  {
+    ServedLines lines(options, scratch.path() / "lines");
+    const std::string recording = lines.keepRecording("now.wav", readAll(sound));
+    LineWish wish;
+    wish.recording = recording;
+    for (int i = 0; i < 2; ++i) lines.add(wish);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    const auto ended = [&] {
+      const std::string state = lines.state();
+      return times(state, "\"done\"") + times(state, "\"failed\"");
+    };
+    while (ended() < 2 && std::chrono::steady_clock::now() < until)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(times(lines.state(), "\"done\""), 2U) << lines.state();
+  }
+  unsetenv("MOUTHPIECE_SHARE");
+  EXPECT_EQ(readAll(starts), "x\n") << "a program for each line";
+}
+
+}  // namespace
+}  // namespace mouthpiece::test
