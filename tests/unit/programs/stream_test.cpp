@@ -202,6 +202,32 @@ TEST_F(Streaming, DatagramsReachWhoListens) {
     ASSERT_EQ(packet.size(), 4U + 37 + 4 + 3 + 17 + 4 * 61);
     EXPECT_EQ(packet.substr(45, 3), "Bob");
   }
+  const auto numberOf = [](const std::string& packet) {
+    std::uint32_t number = 0;
+    for (const char byte : packet.substr(48, 4)) number = number << 8U | static_cast<unsigned char>(byte);
+    return number;
+  };
+  for (std::size_t i = 1; i < packets.size(); ++i) ASSERT_GT(numberOf(packets[i]), numberOf(packets[i - 1]));
+  EXPECT_GE(numberOf(packets.back()), 119U) << "frames at rest have numbers, too";
+}
+
+TEST_F(Streaming, AStalledSenderIsCountedAndHeardAgain) {
+  const std::string sound = someSound();
+  const fs::path first = scratch_.write("first", sound.substr(0, 32000)),
+                 second = scratch_.write("second", sound.substr(32000));
+  const std::string synth = (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string();
+  const ProgramResult result =
+      runProgram("/bin/sh",
+                 {"-c", "(cat " + first.string() + "; sleep 1.2; cat " + second.string() + ") | " + synth +
+                            " --stream --real-time --as rows --rows markers --json"},
+                 scratch_.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json counts = nlohmann::json::parse(result.err);
+  const std::size_t at_rest = counts.at("frames_at_rest"), frames = counts.at("frames");
+  EXPECT_GT(at_rest, 10U);
+  EXPECT_GE(frames, 120 + at_rest - 2) << "all of the sound is shown, and the frames at rest besides";
+  EXPECT_EQ(result.out.size(), frames * 4 * (1 + 3 * 66));
+  EXPECT_EQ(counts.at("dropped"), 0);
 }
 
 TEST_F(Streaming, BadInputIsOneLine) {

@@ -362,6 +362,28 @@ TEST_F(Live, ASenderWhoseClockStoodStillIsHeardAgain) {
   EXPECT_GE(counts.late, 9U);
 }
 
+TEST_F(Live, LabelsThatComeTwiceOrTooLateAreCountedAndPassedOver) {
+  LiveStream stream = speaker().live({.source = LiveOptions::Source::kLabels});
+  stream.push(LivePhone{"sil", {0, 0.5}});
+  Pulled pulled;
+  for (int i = 0; i < 90; ++i) pulled.add(*stream.nextNow());  // to 1.5 s, a second of it unknown
+  stream.push(LivePhone{"AA", {0.1, 0.4}});                    // said before
+  stream.push(LivePhone{"AA", {0.7, 1.2}});                    // shown without it
+  EXPECT_EQ(stream.counts().doubled, 1U);
+  EXPECT_EQ(stream.counts().late, 1U);
+  stream.push(LivePhone{"AA", {1.9, 2.3}});
+  stream.silence(3);
+  stream.finish();
+  pulled.addAll(stream);
+  EXPECT_EQ(pulled.frames, 180U) << "what was late took no time of its own";
+  const std::vector<double> opening = openings(pulled.markers_mm);
+  const auto most = [&](int first, int end) {
+    return *std::max_element(opening.begin() + first, opening.begin() + end) - opening.front();
+  };
+  EXPECT_LT(most(0, 90), 0.5);
+  EXPECT_GT(most(114, 138), 3);
+}
+
 TEST_F(Live, BadInputIsRefusedOrCounted) {
   EXPECT_NE(errorOf([&] { (void)speaker().live({.look_ahead = 0.01}); }), "no error");
   EXPECT_NE(errorOf([&] { (void)speaker().live({.look_ahead = std::nan("")}); }), "no error");
