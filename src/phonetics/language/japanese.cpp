@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "phonetics/language/espeak_languages.h"
+#include "phonetics/language/japanese_numbers.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece {
@@ -112,7 +113,7 @@ std::string fullWidth(std::string_view text) {
 }
 
 /// Lines of "word TAB reading".
-std::string readingsOf(std::string_view sentence) {
+std::string readingLines(std::string_view sentence) {
   const auto program = findProgram("mecab");
   if (!program || !std::filesystem::exists(std::filesystem::path(kDictionary) / "sys.dic"))
     throw InputError("Japanese", "", fmt::format("needs Open JTalk's dictionary ({})", kPackages));
@@ -128,10 +129,9 @@ std::string readingsOf(std::string_view sentence) {
   return readFile(folder.path() / "out.txt");
 }
 
-std::vector<SaidWord> sayJapanese(std::string_view sentence, const Language& language) {
-  std::vector<SaidWord> words;
-  const std::string lines = readingsOf(sentence);
-  std::vector<std::string> unknown;
+std::vector<JapaneseReading> readingsOf(std::string_view sentence) {
+  std::vector<JapaneseReading> words;
+  const std::string lines = readingLines(sentence);
   for (std::string_view rest = lines; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
     const std::string_view line = rest.substr(0, end);
@@ -140,7 +140,16 @@ std::vector<SaidWord> sayJapanese(std::string_view sentence, const Language& lan
     if (tab == std::string_view::npos) continue;
     std::string_view kana = line.substr(tab + 1);
     if (kana.empty()) kana = line.substr(0, tab);  // unknown words in katakana are read as they stand
-    SaidWord word{std::string(line.substr(0, tab)), {}};
+    words.push_back({std::string(line.substr(0, tab)), std::string(kana)});
+  }
+  return withCountedNumbers(words);
+}
+
+std::vector<SaidWord> sayJapanese(std::string_view sentence, const Language& language) {
+  std::vector<SaidWord> words;
+  std::vector<std::string> unknown;
+  for (const auto& [text, kana] : readingsOf(sentence)) {
+    SaidWord word{text, {}};
     for (const std::string& symbol : symbolsOfKana(kana)) {
       for (SpelledPhone& phone : phonesOfSymbol(symbol, PhoneSet::kIpa, language, unknown)) {
         word.said.phones.push_back(phone.phone);
