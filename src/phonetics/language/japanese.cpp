@@ -9,7 +9,7 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "phonetics/language/espeak_languages.h"
-#include "phonetics/language/japanese_numbers.h"
+#include "phonetics/language/japanese_readings.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece {
@@ -138,26 +138,35 @@ std::vector<JapaneseReading> readingsOf(std::string_view sentence) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
     const std::size_t tab = line.find('\t');
     if (tab == std::string_view::npos) continue;
-    std::string_view kana = line.substr(tab + 1);
-    if (kana.empty()) kana = line.substr(0, tab);  // unknown words in katakana are read as they stand
-    words.push_back({std::string(line.substr(0, tab)), std::string(kana)});
+    const std::string_view kana = line.substr(tab + 1);
+    // Unknown words in kana are read as they stand.
+    words.push_back(
+        {std::string(line.substr(0, tab)), kana.empty() ? katakanaOf(line.substr(0, tab)) : std::string(kana)});
   }
   return withCountedNumbers(words);
 }
 
+/// Its phones by the reading; none where it has other signs than katakana.
+Pronunciation pronunciationOf(std::string_view kana, const Language& language) {
+  Pronunciation said;
+  std::vector<std::string> unknown;
+  for (const std::string& symbol : symbolsOfKana(kana)) {
+    for (SpelledPhone& phone : phonesOfSymbol(symbol, PhoneSet::kIpa, language, unknown)) {
+      said.phones.push_back(phone.phone);
+      said.heard.push_back(phone.heard);
+      said.stress.push_back(-1);
+      said.ipa.push_back(std::move(phone.ipa));
+    }
+  }
+  return said;
+}
+
 std::vector<SaidWord> sayJapanese(std::string_view sentence, const Language& language) {
   std::vector<SaidWord> words;
-  std::vector<std::string> unknown;
   for (const auto& [text, kana] : readingsOf(sentence)) {
-    SaidWord word{text, {}};
-    for (const std::string& symbol : symbolsOfKana(kana)) {
-      for (SpelledPhone& phone : phonesOfSymbol(symbol, PhoneSet::kIpa, language, unknown)) {
-        word.said.phones.push_back(phone.phone);
-        word.said.heard.push_back(phone.heard);
-        word.said.stress.push_back(-1);
-        word.said.ipa.push_back(std::move(phone.ipa));
-      }
-    }
+    SaidWord word{text, pronunciationOf(kana, language)};
+    const std::string latin = word.said.phones.empty() ? latinWord(text) : "";
+    if (!latin.empty()) word = {latin, english().pronounce(latin)};
     words.push_back(std::move(word));
   }
   return words;

@@ -21,4 +21,10 @@ struct JapaneseReading {
 /// do longer numbers.
 std::vector<JapaneseReading> withCountedNumbers(const std::vector<JapaneseReading>& words);
 
+/// Hiragana as katakana; other signs as they are.
+std::string katakanaOf(std::string_view text);
+
+/// A word of full-width Latin letters in ASCII and lower case, "" for another.
+std::string latinWord(std::string_view word);
+
 }  // namespace mouthpiece

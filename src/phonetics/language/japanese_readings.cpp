@@ -1,4 +1,4 @@
-#include "phonetics/language/japanese_numbers.h"
+#include "phonetics/language/japanese_readings.h"
 
 #include <algorithm>
 #include <array>
@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/index.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {
@@ -81,6 +82,30 @@ std::vector<JapaneseReading> withCountedNumbers(const std::vector<JapaneseReadin
     i = end;
   }
   return counted;
+}
+
+std::string katakanaOf(std::string_view text) {
+  constexpr char32_t kFirst = 0x3041, kLast = 0x3096, kToKatakana = 0x60;
+  std::string katakana;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::optional<char32_t> sign = decodeUtf8(text, at);
+    if (!sign) return std::string(text);
+    appendUtf8(katakana, *sign >= kFirst && *sign <= kLast ? *sign + kToKatakana : *sign);
+  }
+  return katakana;
+}
+
+std::string latinWord(std::string_view word) {
+  constexpr char32_t kFromAscii = 0xFEE0;
+  std::string latin;
+  for (std::size_t at = 0; at < word.size();) {
+    const std::optional<char32_t> sign = decodeUtf8(word, at);
+    if (!sign || *sign < kFromAscii) return "";
+    const char32_t ascii = *sign - kFromAscii;
+    if (!((ascii >= U'a' && ascii <= U'z') || (ascii >= U'A' && ascii <= U'Z'))) return "";
+    latin += static_cast<char>(ascii);
+  }
+  return lowerCase(latin);
 }
 
 }  // namespace mouthpiece

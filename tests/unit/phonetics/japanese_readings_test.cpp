@@ -1,10 +1,14 @@
-#include "phonetics/language/japanese_numbers.h"
+#include "phonetics/language/japanese_readings.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "base/errors.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 namespace {
@@ -59,6 +63,28 @@ TEST(JapaneseNumbers, OtherDigitsStay) {
                                                                                      {"０", "０", "７"},
                                                                                      {"数", "－", "は"}})
     EXPECT_EQ(withCountedNumbers(wordsOf(words)), wordsOf(words));
+}
+
+TEST(JapaneseReadings, UnknownWordsAreReadAsTheyStand) {
+  EXPECT_EQ(katakanaOf("ぽよぽよ"), "ポヨポヨ");
+  EXPECT_EQ(katakanaOf("アーん漢ｘ"), "アーン漢ｘ");
+  EXPECT_EQ(latinWord("ｂｏｎＪｏｕｒ"), "bonjour");
+  for (const char* other : {"", "bonjour", "ｂｏｎ１", "数", "。"}) EXPECT_EQ(latinWord(other), "");
+}
+
+TEST(JapaneseReadings, WordsOfLatinLettersAreSaidAsEnglishHasThem) {
+  const auto said = [] { return japanese().say("今日はbonjourぽよぽよ", japanese()); };
+  try {
+    static_cast<void>(said());
+  } catch (const InputError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  std::vector<std::string> words;
+  for (const SaidWord& word : said()) {
+    words.push_back(word.text);
+    EXPECT_FALSE(word.said.phones.empty()) << word.text;
+  }
+  EXPECT_NE(std::find(words.begin(), words.end(), "bonjour"), words.end());
 }
 
 }  // namespace
