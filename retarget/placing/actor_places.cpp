@@ -19,13 +19,13 @@ using Eigen::Vector3d;
 /// A head within this angle of a quarter turn was modelled that way and merely tilts.
 constexpr double kAskewDeg = 35;
 
-std::string mirrored(const std::string& name) {
+}  // namespace
+
+std::string otherSideOf(const std::string& name) {
   if (name.ends_with("_R")) return name.substr(0, name.size() - 1) + "L";
   if (name.ends_with("_L")) return name.substr(0, name.size() - 1) + "R";
   return name;
 }
-
-}  // namespace
 
 ActorPlaces::ActorPlaces(const std::vector<std::string>& marker_names, const MarkerPositions& neutral) {
   for (std::size_t i = 0; i < marker_names.size(); ++i)
@@ -33,14 +33,14 @@ ActorPlaces::ActorPlaces(const std::vector<std::string>& marker_names, const Mar
   addEyeCorners();
   double middle = 0, count = 0;
   for (const auto& [name, place] : places_) {
-    if (mirrored(name) != name) continue;
+    if (otherSideOf(name) != name) continue;
     middle += place.x();
     count += 1;
   }
   const double plane = count > 0 ? middle / count : 0;
   std::map<std::string, Vector3d> even;
   for (const auto& [name, place] : places_) {
-    const auto partner = places_.find(mirrored(name));
+    const auto partner = places_.find(otherSideOf(name));
     const Vector3d other = partner == places_.end() ? place : partner->second;
     even[name] = partner == places_.end() ? place
                                           : Vector3d(0.5 * (place.x() + 2 * plane - other.x()),

@@ -15,6 +15,7 @@
 #include "deform/mesh/triangle_tree.h"
 #include "retarget/placing/actor_places.h"
 #include "retarget/placing/anchors.h"
+#include "retarget/placing/even_head.h"
 
 namespace mouthpiece {
 namespace {
@@ -74,11 +75,16 @@ Similarity similarityOf(const std::vector<Pair>& pairs) {
 
 /// The outward skin of a head, and of each lip. Each vertex belongs to the lip whose middle is nearer along the mesh:
 /// the slit between the lips is no way.
+struct SkinSheet {
+  TriangleTree tree;
+  EvenHead::Profile profile;  ///< of an even head; else empty
+};
 struct Skin {
-  TriangleTree all, upper, lower;
+  SkinSheet all, upper, lower;
 };
 
-Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const Vector3d& mouth, double mouth_width) {
+Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const std::optional<EvenHead>& even,
+            const Vector3d& mouth, double mouth_width) {
   const std::vector<double>&to_upper = topology.wayToUpperLip(), &to_lower = topology.wayToLowerLip();
   // Out of the head: away from an upright axis through its middle.
   const double axis_x = mouth.x(), axis_z = mouth.z() - 1.5 * mouth_width;
@@ -96,13 +102,30 @@ Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const Vector3d& 
     if (are_nearer(to_upper, to_lower)) upper.push_back(corners);
     if (are_nearer(to_lower, to_upper)) lower.push_back(corners);
   }
-  return {{mesh.vertices, all}, {mesh.vertices, upper}, {mesh.vertices, lower}};
+  const auto sheetOf = [&](const std::vector<Triangle>& triangles) {
+    return SkinSheet{{mesh.vertices, triangles}, even ? even->profileOf(mesh, triangles) : EvenHead::Profile()};
+  };
+  return {sheetOf(all), sheetOf(upper), sheetOf(lower)};
 }
 
-const TriangleTree& treeFor(const Skin& skin, const std::string& name) {
-  if (name.starts_with("LIP_UP_") && !skin.upper.empty()) return skin.upper;
-  if (name.starts_with("LIP_LO_") && !skin.lower.empty()) return skin.lower;
+const SkinSheet& sheetFor(const Skin& skin, const std::string& name) {
+  if (name.starts_with("LIP_UP_") && !skin.upper.tree.empty()) return skin.upper;
+  if (name.starts_with("LIP_LO_") && !skin.lower.tree.empty()) return skin.lower;
   return skin.all;
+}
+
+std::optional<Vector3d> closestSkin(const SkinSheet& sheet, const Vector3d& place) {
+  const auto foot = sheet.tree.closest(place);
+  return foot ? std::optional(foot->point) : std::nullopt;
+}
+
+/// The skin of an even head closest to the place that `right` and `left`, markers of the same kind on both sides, tell
+/// of together: on the right; in the middle, where `right` is of such a marker, on the profile.
+std::optional<Vector3d> evenSkin(const EvenHead& even, const SkinSheet& sheet, bool is_middle, const Vector3d& right,
+                                 const Vector3d& left) {
+  const Vector3d between = even.halfway(right, left);
+  if (is_middle && !sheet.profile.empty()) return closestOn(sheet.profile, between);
+  return closestSkin(sheet, between);
 }
 
 /// Ends of the names of the outer lip markers that stand in pairs, LIP_UP_ over LIP_LO_, and of the rims behind them.
@@ -116,10 +139,10 @@ bool hasRim(const Anchors& anchors, const std::string& end) {
 /// the slit's ends, the lips' middles on their own lips. Clicks that lie far off are meant.
 void settleMouth(const FaceMesh& mesh, const LipLine& line, const Skin& skin, double width, const std::string& file,
                  Anchors& anchors) {
-  const auto settle = [&](const std::string& name, const TriangleTree& tree, const Vector3d& place) {
+  const auto settle = [&](const std::string& name, const SkinSheet& sheet, const Vector3d& place) {
     const auto clicked = placeOf(anchors, name, mesh, file);
-    const auto foot = tree.closest(place);
-    if (clicked && foot && (foot->point - *clicked).norm() < kClickSlack * width) anchors.markers[name] = foot->point;
+    const auto foot = closestSkin(sheet, place);
+    if (clicked && foot && (*foot - *clicked).norm() < kClickSlack * width) anchors.markers[name] = *foot;
   };
   const Vector3d across = (line.corner_left - line.corner_right).normalized();
   const auto settleCorner = [&](const std::string& name, const Vector3d& end, const Vector3d& outwards) {
@@ -137,7 +160,21 @@ void settleMouth(const FaceMesh& mesh, const LipLine& line, const Skin& skin, do
     const bool is_upper = name == "LIP_UP_MID";
     const Vector3d up = (is_upper ? 1 : -1) * Vector3d::UnitY();
     const Vector3d rim = is_upper ? rims.upper : rims.lower;
-    if ((clicked - rim).dot(up) < kLeastLip * width) settle(name, treeFor(skin, name), rim + kLeastLip * width * up);
+    if ((clicked - rim).dot(up) < kLeastLip * width) settle(name, sheetFor(skin, name), rim + kLeastLip * width * up);
+  }
+}
+
+/// Evens out clicks on an even head: each is the mean of what was clicked on both sides. Clicks that lie far from the
+/// other's mirror image are meant.
+void evenClicks(const FaceMesh& mesh, const EvenHead& even, const Skin& skin, double width, const std::string& file,
+                const ActorPlaces& actor, Anchors& anchors) {
+  const Anchors clicked = anchors;
+  for (const auto& [name, actors] : actor.places()) {
+    const std::string other = otherSideOf(name);
+    const auto here = placeOf(clicked, name, mesh, file), there = placeOf(clicked, other, mesh, file);
+    if (!here || !there || (*here - even.mirrored(*there)).norm() > kClickSlack * width) continue;
+    if (const auto place = evenSkin(even, sheetFor(skin, name), other == name, *here, *there))
+      anchors.markers[name] = *place;
   }
 }
 
@@ -213,7 +250,9 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   const double width = mouth.lips_reach;
   if (!topology.nearestSkin(mouth.lip_line[0]))
     throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
-  const Skin skin = skinOf(mesh, topology, mouth.lip_line[0], width);
+  const std::optional<EvenHead> even =
+      EvenHead::of(mesh, similarityOf(pairsOf(mesh, given, anchors_file, actor)), actor);
+  const Skin skin = skinOf(mesh, topology, even, mouth.lip_line[0], width);
   const std::optional<LipLine>& line = topology.lipLine();
   Anchors anchors = given;
   std::vector<std::string> unplaced;
@@ -222,6 +261,7 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   }
   // Who gave all markers knows what he does.
   if (line && line->is_parted && !unplaced.empty()) settleMouth(mesh, *line, skin, width, anchors_file, anchors);
+  if (even && !unplaced.empty()) evenClicks(mesh, *even, skin, width, anchors_file, actor, anchors);
   const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
   const Similarity similarity = similarityOf(pairs);
   const Eigen::Index anchor_count = signedIndex(pairs.size());
@@ -244,9 +284,14 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   while (placing.rounds++ < kMostRounds) {
     for (Eigen::Index i = anchor_count; i < count; ++i) {
       const std::string& name = unplaced[unsignedIndex(i - anchor_count)];
-      const auto foot = treeFor(skin, name).closest(now.row(i).transpose());
+      const Vector3d here = now.row(i).transpose();
+      const auto other = std::find(unplaced.begin(), unplaced.end(), otherSideOf(name));
+      const auto foot = even && other != unplaced.end()
+                            ? evenSkin(*even, sheetFor(skin, name), *other == name, here,
+                                       now.row(anchor_count + (other - unplaced.begin())).transpose())
+                            : closestSkin(sheetFor(skin, name), here);
       if (!foot) throw InputError(anchors_file, "markers", "found no skin that faces outwards around the anchors");
-      wanted.row(i) = foot->point.transpose();
+      wanted.row(i) = foot->transpose();
     }
     const MarkerPositions next = start + SmoothedMoves(start, MarkerPositions(wanted - start), stiffness).at(start);
     placing.last_move = (next - now).rowwise().norm().maxCoeff();

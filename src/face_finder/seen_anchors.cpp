@@ -12,8 +12,9 @@
 
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mirror_plane.h"
 #include "exports/film/face_painter.h"
-#include "face_finder/face_skin.h"
+#include "face_finder/chin.h"
 #include "tracking/face_tracker.h"
 
 namespace mouthpiece {

@@ -1,11 +1,8 @@
-#include "face_finder/face_skin.h"
+#include "face_finder/chin.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "deform/mesh/face_mesh.h"
+#include <vector>
 
 namespace mouthpiece {
 namespace {
@@ -39,51 +36,6 @@ std::vector<Vector2f> profileNear(const FaceSkin& skin, const FaceFrame& face, c
 }
 
 }  // namespace
-
-FaceSkin::FaceSkin(const FaceMesh& mesh)
-    : mesh_(mesh),
-      triangles_(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})),
-      tree_(mesh.vertices, triangles_) {}
-
-Vector3f FaceSkin::nearest(const Vector3f& place) const {
-  const auto foot = tree_.closest(place.cast<double>());
-  return foot ? Vector3f(foot->point.cast<float>()) : place;
-}
-
-Vector3f FaceSkin::vertex(std::uint32_t v) const { return mesh_.vertices.row(signedIndex(std::size_t{v})).transpose(); }
-
-std::optional<MirrorPlane> mirrorPlane(const FaceSkin& skin, const FaceFrame& face) {
-  constexpr float kFar = 0.9F, kAlike = 0.005F;  // of the eyes' distance
-  constexpr std::size_t kMostPlaces = 400;
-  constexpr int kRounds = 12;
-  std::vector<Vector3f> near, places;
-  for (const Triangle& triangle : skin.triangles()) {
-    const Vector3f place = skin.vertex(triangle[0]);
-    if ((place - face.middle).norm() < kFar * face.eye_corners) near.push_back(place);
-  }
-  const std::size_t step = near.size() / kMostPlaces + 1;
-  for (std::size_t i = 0; i < near.size(); i += step) places.push_back(near[i]);
-  if (places.empty()) return std::nullopt;
-  MirrorPlane plane{face.face_from_mesh.row(0), 0};
-  plane.offset = plane.normal.dot(face.middle);
-  float off = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    Matrix3f spread = Matrix3f::Zero();
-    Vector3f halfway = Vector3f::Zero();
-    off = 0;
-    for (const Vector3f& place : places) {
-      const Vector3f other = skin.nearest(plane(place));
-      off += (plane(place) - other).norm();
-      spread += (place - other) * (place - other).transpose();
-      halfway += (place + other) / 2;
-    }
-    const Vector3f normal = Eigen::SelfAdjointEigenSolver<Matrix3f>(spread).eigenvectors().col(2);
-    plane.normal = normal.dot(plane.normal) < 0 ? Vector3f(-normal) : normal;
-    plane.offset = plane.normal.dot(halfway) / static_cast<float>(places.size());
-  }
-  if (off / static_cast<float>(places.size()) > kAlike * face.eye_corners) return std::nullopt;
-  return plane;
-}
 
 Vector3f chinOnProfile(const FaceSkin& skin, const FaceFrame& face, const Vector3f& seen) {
   const std::vector<Vector2f> profile = profileNear(skin, face, seen, kChinReach * face.eye_corners);

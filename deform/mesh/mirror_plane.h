@@ -48,8 +48,7 @@ struct FaceFrame {
 /// nullopt for a face that is not alike on both sides.
 std::optional<MirrorPlane> mirrorPlane(const FaceSkin& skin, const FaceFrame& face);
 
-/// The lowest point of the chin on the profile through `seen`: where the profile has turned from the front to the
-/// underside, as it is seen from below in front, down and half as much forward. `seen`: a place near it.
-Eigen::Vector3f chinOnProfile(const FaceSkin& skin, const FaceFrame& face, const Eigen::Vector3f& seen);
+/// How far places of the skin within `reach` of `middle` lie from the skin once they are mirrored, in the mean.
+float unevenness(const FaceSkin& skin, const MirrorPlane& plane, const Eigen::Vector3f& middle, float reach);
 
 }  // namespace mouthpiece
