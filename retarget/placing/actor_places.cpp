@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "retarget/placing/anchors.h"
+#include "retarget/placing/even_head.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,12 +21,6 @@ using Eigen::Vector3d;
 constexpr double kAskewDeg = 35;
 
 }  // namespace
-
-std::string otherSideOf(const std::string& name) {
-  if (name.ends_with("_R")) return name.substr(0, name.size() - 1) + "L";
-  if (name.ends_with("_L")) return name.substr(0, name.size() - 1) + "R";
-  return name;
-}
 
 ActorPlaces::ActorPlaces(const std::vector<std::string>& marker_names, const MarkerPositions& neutral) {
   for (std::size_t i = 0; i < marker_names.size(); ++i)

@@ -9,9 +9,6 @@
 
 namespace mouthpiece {
 
-/// The name of the marker on the other side; of one in the middle its own.
-std::string otherSideOf(const std::string& name);
-
 /// The actor's markers and inner eye corners by name, both sides alike.
 class ActorPlaces {
  public:

@@ -6,8 +6,6 @@
 
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mirror_plane.h"
-#include "retarget/placing/actor_places.h"
-#include "retarget/placing/anchors.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,23 +18,21 @@ constexpr float kAlikeMouth = 0.005F, kAroundMouth = 0.4F;
 
 }  // namespace
 
-std::optional<EvenHead> EvenHead::of(const FaceMesh& mesh, const Similarity& mesh_from_actor,
-                                     const ActorPlaces& actor) {
-  std::array<Vector3d, 4> places;
-  constexpr std::array kNames{"CANTHUS_OUT_R", "CANTHUS_OUT_L", "LIP_CORNER_R", "LIP_CORNER_L"};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const auto found = actor.places().find(kNames[i]);
-    if (found == actor.places().end()) return std::nullopt;
-    places[i] = mesh_from_actor(found->second);
-  }
-  const Vector3d eyes = 0.5 * (places[0] + places[1]), mouth = 0.5 * (places[2] + places[3]);
-  FaceFrame frame{Eigen::Matrix3f::Identity(), (0.5 * (eyes + mouth)).cast<float>(),
-                  static_cast<float>((places[1] - places[0]).norm())};
+std::string otherSideOf(const std::string& name) {
+  if (name.ends_with("_R")) return name.substr(0, name.size() - 1) + "L";
+  if (name.ends_with("_L")) return name.substr(0, name.size() - 1) + "R";
+  return name;
+}
+
+std::optional<EvenHead> EvenHead::of(const FaceMesh& mesh, const Places& places) {
+  const Vector3d eyes = 0.5 * (places.eye_right + places.eye_left);
+  FaceFrame frame{Eigen::Matrix3f::Identity(), (0.5 * (eyes + places.mouth)).cast<float>(),
+                  static_cast<float>((places.eye_left - places.eye_right).norm())};
   const FaceSkin skin(mesh);
   if (skin.triangles().empty()) return std::nullopt;
   const auto plane = mirrorPlane(skin, frame);
   if (!plane) return std::nullopt;
-  frame.middle = mouth.cast<float>();
+  frame.middle = places.mouth.cast<float>();
   if (unevenness(skin, *plane, frame.middle, kAroundMouth * frame.eye_corners) > kAlikeMouth * frame.eye_corners)
     return std::nullopt;
   return EvenHead(plane->normal.cast<double>().normalized(), double{plane->offset});

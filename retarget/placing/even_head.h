@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -9,16 +10,22 @@
 
 namespace mouthpiece {
 
-class ActorPlaces;
 struct FaceMesh;
-struct Similarity;
+
+/// The name of the marker on the other side; of one in the middle its own.
+std::string otherSideOf(const std::string& name);
 
 /// A head that a plane mirrors onto itself, its mouth too.
 class EvenHead {
  public:
-  /// nullopt for a head that is not alike on both sides, or an actor without eye corners to tell where to look. `mesh`
-  /// must stand upright, and `mesh_from_actor` be about right for it.
-  static std::optional<EvenHead> of(const FaceMesh& mesh, const Similarity& mesh_from_actor, const ActorPlaces& actor);
+  /// About where the outer corners of the eyes and the middle of the mouth are.
+  struct Places {
+    Eigen::Vector3d eye_right, eye_left, mouth;
+  };
+  /// nullopt for a head that is not alike on both sides. `mesh` must stand upright.
+  static std::optional<EvenHead> of(const FaceMesh& mesh, const Places& places);
+
+  [[nodiscard]] const Eigen::Vector3d& normal() const { return normal_; }
 
   [[nodiscard]] Eigen::Vector3d mirrored(const Eigen::Vector3d& place) const {
     return place - 2 * (normal_.dot(place) - offset_) * normal_;

@@ -164,6 +164,16 @@ void settleMouth(const FaceMesh& mesh, const LipLine& line, const Skin& skin, do
   }
 }
 
+/// nullopt of a head that is not alike on both sides, or of an actor without eye corners to tell where to look.
+std::optional<EvenHead> evenHeadOf(const FaceMesh& mesh, const Similarity& mesh_from_actor, const ActorPlaces& actor) {
+  const auto end = actor.places().end();
+  const auto eye_right = actor.places().find("CANTHUS_OUT_R"), eye_left = actor.places().find("CANTHUS_OUT_L"),
+             mouth_right = actor.places().find("LIP_CORNER_R"), mouth_left = actor.places().find("LIP_CORNER_L");
+  if (eye_right == end || eye_left == end || mouth_right == end || mouth_left == end) return std::nullopt;
+  return EvenHead::of(mesh, {mesh_from_actor(eye_right->second), mesh_from_actor(eye_left->second),
+                             mesh_from_actor(0.5 * (mouth_right->second + mouth_left->second))});
+}
+
 /// Evens out clicks on an even head: each is the mean of what was clicked on both sides. Clicks that lie far from the
 /// other's mirror image are meant.
 void evenClicks(const FaceMesh& mesh, const EvenHead& even, const Skin& skin, double width, const std::string& file,
@@ -250,8 +260,7 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   const double width = mouth.lips_reach;
   if (!topology.nearestSkin(mouth.lip_line[0]))
     throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
-  const std::optional<EvenHead> even =
-      EvenHead::of(mesh, similarityOf(pairsOf(mesh, given, anchors_file, actor)), actor);
+  const std::optional<EvenHead> even = evenHeadOf(mesh, similarityOf(pairsOf(mesh, given, anchors_file, actor)), actor);
   const Skin skin = skinOf(mesh, topology, even, mouth.lip_line[0], width);
   const std::optional<LipLine>& line = topology.lipLine();
   Anchors anchors = given;

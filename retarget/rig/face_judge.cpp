@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/parallel_for.h"
 #include "retarget/rig/judged_head.h"
+#include "retarget/rig/lopsidedness.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,7 +21,7 @@ constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
 constexpr double kSeenMm = 0.5;   ///< nobody sees through slits that are no taller
 constexpr double kNearMm = 1;     ///< and can be told to lie in each other
 
-constexpr std::array<FaceLimit, 12> kLimits{{
+constexpr std::array<FaceLimit, 13> kLimits{{
     {"closures", 95, "%", true},
     {"lips in each other", 0.5, "mm", false},
     {"lips in the teeth", 0.5, "mm", false},
@@ -29,6 +30,7 @@ constexpr std::array<FaceLimit, 12> kLimits{{
     {"stretch", 5, "mm", false},
     {"triangles turned over", 4, "mm2", false},
     {"vertex jump", 2, "times", false},
+    {"lopsided motion", 1, "mm", false},
     {"bound", 95, "%", true},
     {"motion", 50, "%", true},
     {"lip motion", 50, "%", true},
@@ -225,6 +227,17 @@ FaceJudgement judgePoses(const JudgedHead& head, const FaceRig& rig, const FaceM
   return Summary(head, seen, poses.rows).judge();
 }
 
+void tellOfSides(const JudgedHead& head, const Lopsidedness::Seen& seen, const JudgedPoses& poses,
+                 FaceJudgement& found) {
+  found.lopsided_mm = head.mm() * seen.off;
+  if (*found.lopsided_mm <= limitNamed("lopsided motion")) return;
+  found.faults.push_back({"lopsided motion",
+                          fmt::format("one side of the mouth moves otherwise than the other, by {:.1f} mm, where an "
+                                      "actor's sides do the same; check the anchors of both sides, in {}",
+                                      *found.lopsided_mm, poses.rows[seen.row].where),
+                          head.trianglesAt(seen.vertices), seen.row});
+}
+
 }  // namespace
 
 std::span<const FaceLimit> faceLimits() { return kLimits; }
@@ -240,12 +253,15 @@ struct FaceJudge::Data {
   FaceMotion motion;
   const JudgedPoses& poses;
   FaceJudgement of_warp;
+  std::optional<Lopsidedness> lopsidedness;  ///< of a head that is alike on both sides
 
   Data(const FaceRig& rig, const FaceFile& face, const JudgedPoses& of, const ActorPose& actor)
       : head(rig, face), motion(rig.retarget(of.motion, &actor, of.lips)), poses(of) {
     const std::size_t count = of.rows.size();
     MOUTHPIECE_EXPECT(count == of.motion.frameCount() && count == of.lips.size() && count == of.tongue.size());
-    if (count > 0) head.lookAtWarp(of, actor, of_warp);
+    if (count == 0) return;
+    head.lookAtWarp(of, actor, of_warp);
+    lopsidedness = Lopsidedness::of(head, rig, face, of, actor);
   }
 };
 
@@ -260,6 +276,7 @@ FaceJudgement FaceJudge::judge(const FaceRig& rig) const {
   found.warp_points = warp.warp_points;
   found.warp_folds = warp.warp_folds;
   found.faults.insert(found.faults.end(), warp.faults.begin(), warp.faults.end());
+  if (data_->lopsidedness) tellOfSides(data_->head, data_->lopsidedness->look(data_->head, rig), data_->poses, found);
   return found;
 }
 

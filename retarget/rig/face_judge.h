@@ -58,10 +58,13 @@ struct FaceJudgement {
   double in_tongue_mm = 0;     ///< of a lip inside the tongue, more than at rest
   double edge_ratio = 0;       ///< of an edge's length to that at rest
   double edge_growth_mm = 0;
-  double turned_over_mm2 = 0;     ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
-  double jump_ratio = 0;          ///< of a vertex' step to its markers'
-  double motion_share = 0;        ///< of the markers' motion that the skin under them goes along with
-  double lip_motion_share = 0;    ///< the same of the lips' markers
+  double turned_over_mm2 = 0;   ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
+  double jump_ratio = 0;        ///< of a vertex' step to its markers'
+  double motion_share = 0;      ///< of the markers' motion that the skin under them goes along with
+  double lip_motion_share = 0;  ///< the same of the lips' markers
+  /// How far the sides around the mouth move apart from each other's mirror image while an actor's do not, root mean
+  /// square; nullopt of a head that is not alike on both sides.
+  std::optional<double> lopsided_mm;
   double warp_stretch_least = 0;  ///< the least determinant of the warp's Jacobian over that in the face's middle
   std::size_t warp_points = 0, warp_folds = 0;  ///< places of markers and skin in poses; where the warp folds over
   std::vector<FaceFault> faults;

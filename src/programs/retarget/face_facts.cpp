@@ -135,6 +135,7 @@ nlohmann::json judgementFacts(const FaceReport& report) {
           {"jump_ratio", found.jump_ratio},
           {"motion_share", found.motion_share},
           {"lip_motion_share", found.lip_motion_share},
+          {"lopsided_mm", found.lopsided_mm ? nlohmann::json(*found.lopsided_mm) : nlohmann::json()},
           {"warp_points", found.warp_points},
           {"warp_folds", found.warp_folds},
           {"warp_stretch_least", found.warp_stretch_least}};
@@ -149,10 +150,15 @@ std::string judgementText(const FaceReport& report) {
       "{:.2f} in the tongue\n"
       "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over\n"
       "  jumps              {:.1f} times those of the markers at most; skin moves {:.0f} % of them, lips {:.0f} %\n"
+      "{}"
       "  fold-overs in use  {} of {} places\n",
       found.poses, found.steps, found.touching, found.closures, found.lips_overlap_mm, found.in_teeth_mm,
       found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over_mm2, found.jump_ratio,
-      100 * found.motion_share, 100 * found.lip_motion_share, found.warp_folds, found.warp_points);
+      100 * found.motion_share, 100 * found.lip_motion_share,
+      found.lopsided_mm
+          ? fmt::format("  sides              {:.2f} mm apart where the actor's do the same\n", *found.lopsided_mm)
+          : "",
+      found.warp_folds, found.warp_points);
 }
 
 }  // namespace

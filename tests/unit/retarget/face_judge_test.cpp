@@ -262,6 +262,35 @@ TEST_F(FaceJudgeTest, SeesClosuresThatStayOpen) {
   EXPECT_EQ(faultOf(found, "closures")->pose, 6U);
 }
 
+TEST_F(FaceJudgeTest, SeesAMouthThatOpensLopsided) {
+  const FaceJudgement even = judged(file_, opening());
+  ASSERT_TRUE(even.lopsided_mm) << "the default face is alike on both sides";
+  FaceFile lame = file_;  // the right side goes half as far
+  for (std::size_t v = 0; v < lame.binding.skin_weight.size(); ++v) {
+    if (mesh_.vertices(signedIndex(v), 0) < 0) lame.binding.skin_weight[v] *= 0.5F;
+  }
+  const FaceJudgement found = judged(lame, opening());
+  const FaceFault* fault = faultOf(found, "lopsided motion");
+  ASSERT_NE(fault, nullptr) << *found.lopsided_mm;
+  EXPECT_FALSE(fault->triangles.empty());
+  ASSERT_TRUE(fault->pose);
+  EXPECT_GT(*fault->pose, 0U);
+}
+
+/// What the actor's own sides do differently is no fault of the head.
+TEST_F(FaceJudgeTest, ALopsidedActorIsNoLopsidedHead) {
+  JudgedPoses poses = opening();
+  for (std::size_t m = 0; m < poses.motion.marker_names.size(); ++m) {
+    if (!poses.motion.marker_names[m].ends_with("_R")) continue;
+    for (Eigen::Index f = 0; f < poses.motion.positions_mm.rows(); ++f) {
+      double& height = poses.motion.positions_mm(f, 3 * signedIndex(m) + 1);
+      height += 0.5 * (poses.motion.positions_mm(0, 3 * signedIndex(m) + 1) - height);
+    }
+  }
+  const FaceJudgement found = judged(file_, poses);
+  ASSERT_TRUE(found.lopsided_mm);
+}
+
 TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
   // Two markers one behind the other change places on the head: space between them is turned inside out.
   FaceFile folded = file_;
