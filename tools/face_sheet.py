@@ -25,24 +25,23 @@ COLOURS = {"teeth": (0.9, 0.9, 0.85), "tongue": (0.7, 0.25, 0.25), "lips": (0.66
            "mouth": (0.15, 0.04, 0.04)}
 
 
-def read_obj(path):
-    vertices, triangles, colours, colour = [], [], [], SKIN
-    for line in open(path):
-        words = line.split()
-        if not words:
-            continue
-        if words[0] == "v":
-            vertices.append([float(x) for x in words[1:4]])
-        elif words[0] in ("g", "usemtl", "o"):
-            name = words[-1].lower()
-            colour = next((c for part, c in COLOURS.items() if part in name), SKIN)
-        elif words[0] == "f":
-            corners = [int(w.split("/")[0]) for w in words[1:]]
-            corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-            for i in range(1, len(corners) - 1):
-                triangles.append((corners[0], corners[i], corners[i + 1]))
-                colours.append(colour)
-    return numpy.array(vertices), numpy.array(triangles), numpy.array(colours)
+def read_usda(path):
+    """The head at rest as `synth -o face.usda` writes it, whatever file it came from: vertices, triangles, a colour a
+    triangle by its part's name."""
+    text = pathlib.Path(path).read_text()
+
+    def numbers(pattern, kind, within):
+        listed = re.search(pattern + r" = \[(.*?)\]", within).group(1)
+        return numpy.array(re.sub(r"[(),]", " ", listed).split(), kind)
+
+    vertices = numbers(r"point3f\[\] points", float, text).reshape(-1, 3)
+    triangles = numbers(r"int\[\] faceVertexIndices", int, text).reshape(-1, 3)
+    names = dict(re.findall(r'def Material "(\w+)" \(\s*displayName = "(.*?)"', text))
+    colours = numpy.tile(numpy.array(SKIN), (len(triangles), 1))
+    for subset in re.split(r"def GeomSubset ", text)[1:]:
+        name = names.get(re.search(r"</[^>]*/Materials/(\w+)>", subset).group(1), "").lower()
+        colours[numbers(r"int\[\] indices", int, subset)] = next((c for part, c in COLOURS.items() if part in name), SKIN)
+    return vertices, triangles, colours
 
 
 def read_pc2(path):
@@ -60,7 +59,7 @@ def phones_of(text_grid):
 
 def draw(vertices, triangles, colours, middle, width, side):
     """A picture of what lies within `width` of `middle`, HEIGHT x WIDTH x 3."""
-    turn = numpy.radians(82 if side else 12)
+    turn = numpy.radians(82 if side else 0)  # straight from the front, evenly lit: a lopsided mouth shows
     right = numpy.array([numpy.cos(turn), 0, -numpy.sin(turn)])
     back = numpy.array([numpy.sin(turn), 0, numpy.cos(turn)])
     seen = vertices - middle
@@ -87,7 +86,8 @@ def draw(vertices, triangles, colours, middle, width, side):
             shades /= numpy.maximum(numpy.linalg.norm(shades, axis=1, keepdims=True), 1e-12)
             towards = shades @ back
             shades[towards < 0] *= -1
-            light = shades @ (back + numpy.array([0, 0.6, 0]) - 0.6 * right) / numpy.sqrt(1.72)
+            lamp = back + numpy.array([0, 0.6, 0]) - (0.6 * right if side else 0)
+            light = shades @ lamp / numpy.linalg.norm(lamp)
             light = numpy.where(towards < 0, 0.55, 1) * (0.22 + 0.78 * numpy.maximum(light, 0))
             column, row = numpy.floor(places[:, 0]).astype(int), numpy.floor(places[:, 1]).astype(int)
             inside = (column >= 0) & (column < WIDTH) & (row >= 0) & (row < HEIGHT)
@@ -119,12 +119,14 @@ def write_png(path, picture):
 def rows_of(face, bin_folder):
     """Two rows of pictures: from the front and from the side."""
     with tempfile.TemporaryDirectory() as scratch:
-        cache, labels = f"{scratch}/talk.pc2", f"{scratch}/phones.TextGrid"
-        subprocess.run([f"{bin_folder}/synth", "--text", LINE, "--face", face, "-o", cache, "-o", labels, "-q"], check=True)
+        cache, labels, head = f"{scratch}/talk.pc2", f"{scratch}/phones.TextGrid", f"{scratch}/head.usda"
+        subprocess.run([f"{bin_folder}/synth", "--text", LINE, "--face", face, "-o", cache, "-o", labels, "-o", head, "-q"],
+                       check=True)
         frames, phones = read_pc2(cache), phones_of(pathlib.Path(labels).read_text())
-    facts = subprocess.run([f"{bin_folder}/retarget", "check", face, "--json", "-q"], stdout=subprocess.PIPE).stdout
-    mesh = re.search(rb'"mesh": "(.*?)"', facts).group(1).decode()
-    vertices, triangles, colours = read_obj(pathlib.Path(face).parent / mesh)
+        vertices, triangles, colours = read_usda(head)
+    # It is in metres, the point cache in the file's unit; most of a head does not move.
+    lengths = numpy.linalg.norm(vertices, axis=1)
+    vertices *= numpy.median(numpy.linalg.norm(frames[0], axis=1) / numpy.maximum(lengths, 1e-9))
     moved = numpy.ptp(frames, axis=0).max(1)
     is_skin = numpy.zeros(len(vertices), bool)
     is_skin[triangles[(colours == SKIN).all(1) | (colours == COLOURS["lips"]).all(1)]] = True
@@ -144,7 +146,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", default="build/bin")
     parser.add_argument("--out", default="sheet.png")
-    parser.add_argument("faces", nargs="+", help=".face files fitted to OBJ meshes that stand upright")
+    parser.add_argument("faces", nargs="+", help=".face files fitted to meshes that stand upright")
     given = parser.parse_args()
     rows = []
     for face in given.faces:
