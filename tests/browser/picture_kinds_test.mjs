@@ -86,6 +86,28 @@ const bare = ({ green, head: share }) => {
   assert.ok(share > LEAST_SHARE, `only ${share} of the page shows a head`);
 };
 
+/** Drags a marker from where it is to where another one is, some pixels beside it. */
+async function dragMarker(from, to) {
+  const [start, end] = await page.evaluate((names) => names.map((name) => window.picker.shownAt(window.picker.places.get(name))), [from, to]);
+  await page.mouse.move(...start);
+  await page.mouse.down();
+  for (const share of [0.5, 1]) await page.mouse.move(...start.map((value, axis) => value + share * (end[axis] + 4 - value)));
+  await page.mouse.up();
+}
+
+/** On the page of a fit: what is dragged to the wrong side, or one lip's marker onto the other lip, is told of. */
+async function dragWrongly() {
+  const warning = page.locator('#warning');
+  assert.equal(await warning.isHidden(), true, 'the fit placed its markers rightly');
+  for (const [from, to] of [['CANTHUS_OUT_R', 'CANTHUS_OUT_L'], ['BROW_IN_R', 'BROW_OUT_L'], ['LIP_UP_IN_R', 'CHIN_UP']]) {
+    await dragMarker(from, to);
+    assert.match(await warning.textContent(), new RegExp(from));
+    if (from === 'BROW_IN_R') await page.screenshot({ path: `${screenshotStem}_dragged.png` });
+    await page.locator('#undo').click();
+    assert.equal(await warning.isHidden(), true, `${from} is back`);
+  }
+}
+
 /** The files and pages of one kind of picture; `look` judges what is seen, `note` what is said. */
 function checksOf(kind, mime, extension, picture, look, note) {
   const file = (ending) => join(scratch, `${kind}${ending}`);
@@ -108,6 +130,7 @@ function checksOf(kind, mime, extension, picture, look, note) {
         if (note) assert.match(await page.locator('#note').textContent(), note);
         await lookAt(name, '#view');
       }
+      if (note === null) await dragWrongly();
     },
     async [`${kind}: what speaks has the picture, untouched`]() {
       run(synth, ['--text', 'pa', '--corpus', corpus, '--face', file('.face'), '-o', file('.talk.glb'), '-o', file('.view.html')]);
