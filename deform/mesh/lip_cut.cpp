@@ -50,7 +50,9 @@ Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
 }
 
 /// A vertex that looks like `like`.
-std::uint32_t addVertex(FaceMesh& mesh, const Vector3d& place, std::uint32_t like) {
+std::uint32_t addVertex(LipCut& cut, const Vector3d& place, std::uint32_t like) {
+  FaceMesh& mesh = cut.mesh;
+  cut.parents.push_back(like);
   const auto number = static_cast<std::uint32_t>(mesh.vertexCount());
   mesh.vertices.conservativeResize(number + 1, Eigen::NoChange);
   mesh.vertices.row(number) = place.transpose().cast<float>();
@@ -60,7 +62,8 @@ std::uint32_t addVertex(FaceMesh& mesh, const Vector3d& place, std::uint32_t lik
 }
 
 /// Joins two rims, both from the right corner to the left one, by a part of its own that faces into the mouth.
-void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower) {
+void addBag(LipCut& cut, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower) {
+  FaceMesh& mesh = cut.mesh;
   const SkinLayers skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}));
   Vector3d across = pointAt(mesh.vertices, upper.back()) - pointAt(mesh.vertices, upper.front());
   const double width = across.norm();
@@ -96,7 +99,7 @@ void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::
       const bool is_corner = i == 0 || i + 1 == upper.size();
       const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
       row.push_back(is_corner ? upper[i]
-                              : addVertex(mesh,
+                              : addVertex(cut,
                                           behindSkin(pointAt(mesh.vertices, rows[rows.size() - 2][i]), rim,
                                                      deep * place.back * back, deep * place.up * up),
                                           upper[i]));
@@ -208,7 +211,7 @@ std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, cons
 
 class Cutter {
  public:
-  Cutter(const FaceMesh& mesh, const LipLine& line) : mesh_(mesh), line_(line.upper), out_(mesh) {
+  Cutter(const FaceMesh& mesh, const LipLine& line) : mesh_(mesh), line_(line.upper), out_{mesh, {}} {
     across_ = line.corner_left - line.corner_right;
     width_ = across_.norm();
     across_ /= width_;
@@ -226,7 +229,7 @@ class Cutter {
     }
   }
 
-  FaceMesh cut() {
+  LipCut cut() {
     findPath();
     drawOntoLine();
     partLips();
@@ -302,7 +305,7 @@ class Cutter {
       // A vertex that went further would turn its triangles over.
       const Vector3d move = place - at(path_[i]);
       const double share = std::min(1.0, 0.4 * shortest / std::max(move.norm(), 1e-300));
-      out_.vertices.row(path_[i]) += (share * move).transpose().cast<float>();
+      out_.mesh.vertices.row(path_[i]) += (share * move).transpose().cast<float>();
     }
   }
 
@@ -335,9 +338,9 @@ class Cutter {
     }
     std::map<std::uint32_t, std::uint32_t> doubles;
     for (const std::uint32_t v : path_)
-      lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(out_, pointAt(out_.vertices, v), v)) : v);
+      lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(out_, pointAt(out_.mesh.vertices, v), v)) : v);
     for (const std::size_t t : lower) {
-      for (std::uint32_t& v : out_.triangles[t]) {
+      for (std::uint32_t& v : out_.mesh.triangles[t]) {
         if (const auto own = doubles.find(v); own != doubles.end()) v = own->second;
       }
     }
@@ -345,7 +348,7 @@ class Cutter {
 
   const FaceMesh& mesh_;
   const std::vector<Vector3d>& line_;
-  FaceMesh out_;
+  LipCut out_;
   Vector3d across_;
   double width_ = 0;
   std::set<std::uint32_t> near_;
@@ -356,13 +359,13 @@ class Cutter {
 }  // namespace
 
 FaceMesh withMouthBag(const FaceMesh& mesh, const LipLine& line) {
-  FaceMesh made = mesh;
+  LipCut made{mesh, {}};
   const auto [upper, lower] = holeBetween(mesh, line);
   if (upper.size() > 2 && lower.size() > 2) addBag(made, upper, lower);
-  return made;
+  return std::move(made.mesh);
 }
 
-FaceMesh cutLips(const FaceMesh& mesh, const LipLine& line) {
+LipCut cutLips(const FaceMesh& mesh, const LipLine& line) {
   if (line.is_parted) throw InputError("found lips that are apart already; expected lips in one surface");
   return Cutter(mesh, line).cut();
 }

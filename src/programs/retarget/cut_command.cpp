@@ -6,7 +6,9 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/glb_cut.h"
 #include "deform/mesh/lip_cut.h"
+#include "deform/mesh/mesh_files.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_file.h"
 
@@ -39,6 +41,9 @@ Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const st
 }
 
 int runCut(const CutArguments& given) {
+  const bool is_glb = isGlb(given.out);
+  if (is_glb && !isGlb(given.mesh))
+    throw InputError(given.mesh.string(), "--out", "is no GLB; expected an .obj to write");
   const std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
   const auto [anchors, file] = anchorsFor(mesh, bytes, given.mesh, "", given.anchors, given.quiet);
@@ -52,18 +57,23 @@ int runCut(const CutArguments& given) {
   const auto line =
       traceLipLine(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
   if (!line) throw InputError(file, "markers", "found no skin between the corners of the mouth");
-  FaceMesh cut = [&] {
+  LipCut cut = [&] {
     try {
       return cutLips(mesh, *line);
     } catch (const InputError& error) {
       throw InputError(given.mesh.string(), "lips", error.what());
     }
   }();
-  turnMesh(upright.transpose(), cut);
-  writeObj(given.out, cut);
+  turnMesh(upright.transpose(), cut.mesh);
+  if (is_glb) {
+    turnMesh(upright.transpose(), mesh);
+    writeFileAtomically(given.out, cutGlb(bytes, given.mesh.string(), mesh, cut));
+  } else {
+    writeObj(given.out, cut.mesh);
+  }
   if (!given.quiet)
     printText(fmt::format("{}: {} vertices more than {}; its anchors go on being right\n", given.out.string(),
-                          cut.vertexCount() - mesh.vertexCount(), given.mesh.string()));
+                          cut.mesh.vertexCount() - mesh.vertexCount(), given.mesh.string()));
   return kExitDone;
 }
 
@@ -71,7 +81,10 @@ void addOptions(CLI::App& command, CutArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB, its lips in one surface")->required();
   command.add_option("--anchors", options.anchors,
                      "The ten of `retarget pick` (JSON; default: those that `retarget anchors` finds)");
-  command.add_option("-o,--out", options.out, "The mesh to write (.obj), with a mouth bag")->required();
+  command
+      .add_option("-o,--out", options.out,
+                  "The mesh to write, with a mouth bag: .obj, or, of a GLB, .glb that keeps all that it has")
+      ->required();
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
       EXPECT_NEAR(p.y(), mouth.lineAt(p.x()), 2) << p.x();
     }
   }
-  const FaceMesh cut = cutLips(mesh, *line);
+  const FaceMesh cut = cutLips(mesh, *line).mesh;
   EXPECT_GT(cut.vertexCount(), mesh.vertexCount());
   EXPECT_EQ(cut.parts.back().kind, PartKind::kMouthInside);
   const auto again =
