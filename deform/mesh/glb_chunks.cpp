@@ -54,6 +54,38 @@ const nlohmann::json& sourceOf(const nlohmann::json& texture) {
   return extensions.at(kExtension).at("source");
 }
 
+/// What base64 says (RFC 4648); "" where it is none.
+std::string fromBase64(std::string_view text) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  while (text.ends_with('=')) text.remove_suffix(1);
+  std::string bytes;
+  std::uint32_t held = 0;
+  unsigned bits = 0;
+  for (const char digit : text) {
+    const std::size_t value = kDigits.find(digit);
+    if (value == std::string_view::npos) return {};
+    held = (held << 6 | static_cast<std::uint32_t>(value)) & 0xffffU;
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes.push_back(static_cast<char>(held >> bits & 0xffU));
+  }
+  return bytes;
+}
+
+/// A picture whose address is a data URI, its kind with it; empty where it is none.
+GlbPicture pictureIn(std::string_view uri) {
+  constexpr std::string_view kBegin = "data:", kCoding = ";base64,";
+  const std::size_t coding = uri.find(kCoding);
+  if (!uri.starts_with(kBegin) || coding == std::string_view::npos) return {};
+  return {std::string(uri.substr(kBegin.size(), coding - kBegin.size())),
+          fromBase64(uri.substr(coding + kCoding.size()))};
+}
+
+bool isShownByBrowsers(const std::string& mime) {
+  return mime == "image/png" || mime == "image/jpeg" || mime == "image/webp";
+}
+
 }  // namespace
 
 GlbChunks glbChunks(std::string_view glb, std::string_view file) {
@@ -113,9 +145,15 @@ std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view fil
       const nlohmann::json& texture =
           at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));
       const nlohmann::json& image = at("images", sourceOf(texture));
+      if (const auto uri = image.find("uri"); uri != image.end() && uri->is_string()) {
+        GlbPicture picture = pictureIn(uri->get_ref<const std::string&>());
+        if (isShownByBrowsers(picture.mime) && !picture.bytes.empty())
+          pictures[static_cast<int>(m)] = std::move(picture);
+        continue;
+      }
       const std::string mime = image.value("mimeType", "");
       if (mime == "image/ktx2") pictures[static_cast<int>(m)].mime = mime;
-      if (mime != "image/png" && mime != "image/jpeg" && mime != "image/webp") continue;
+      if (!isShownByBrowsers(mime)) continue;
       const nlohmann::json& view = at("bufferViews", image.at("bufferView"));
       const std::size_t begin = view.value("byteOffset", std::size_t{0}),
                         length = view.at("byteLength").get<std::size_t>();

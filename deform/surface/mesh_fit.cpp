@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/mirror_plane.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/surface_projection.h"
@@ -65,8 +64,19 @@ bool isRim(const ControlPoint& point) {
          point.name.starts_with("CANTHUS_");
 }
 
+/// A plane between two sides that are alike.
+struct MiddlePlane {
+  Eigen::Vector3d normal;  ///< to the left
+  double offset;
+
+  [[nodiscard]] double leftOf(const Eigen::Vector3d& place) const { return normal.dot(place) - offset; }
+  [[nodiscard]] Eigen::Vector3d mirrored(const Eigen::Vector3d& place) const {
+    return place - 2 * leftOf(place) * normal;
+  }
+};
+
 /// The plane that mirrors the markers of either side onto those of the other; nullopt where they do not stand evenly.
-std::optional<MirrorPlane> planeBetweenSides(const ControlMesh& control) {
+std::optional<MiddlePlane> planeBetweenSides(const ControlMesh& control) {
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
   Eigen::Vector3d across = Eigen::Vector3d::Zero(), middle = across;
   for (std::size_t i = 0; i < control.marker_count; ++i) {
@@ -80,10 +90,10 @@ std::optional<MirrorPlane> planeBetweenSides(const ControlMesh& control) {
     middle += 0.5 * (pairs.back().second + pairs.back().first);
   }
   if (pairs.empty() || !(across.norm() > 0)) return std::nullopt;
-  const Eigen::Vector3d normal = across.normalized();
-  const MirrorPlane plane{normal.cast<float>(), static_cast<float>(normal.dot(middle) / asReal(pairs.size()))};
+  MiddlePlane plane{across.normalized(), 0};
+  plane.offset = plane.normal.dot(middle) / asReal(pairs.size());
   for (const auto& [right, left] : pairs) {
-    if ((plane(right.cast<float>()).cast<double>() - left).norm() > kEven * control.mouth_width) return std::nullopt;
+    if ((plane.mirrored(right) - left).norm() > kEven * control.mouth_width) return std::nullopt;
   }
   return plane;
 }
@@ -255,15 +265,24 @@ class Fitter {
 
   /// New points on both sides of an even head; one in its middle where they would come too near to each other.
   void closeEvenly(const Gap& gap) {
-    const Eigen::Vector3d image = (*even_)(gap.skin.cast<float>()).cast<double>();
-    const bool is_middle = (gap.skin - image).norm() < kFromOld * control_.mouth_width;
-    const Eigen::Vector3d other = is_middle ? Eigen::Vector3d(0.5 * (gap.skin + image)) : image;
-    const Eigen::Vector2d plane = cylinder_.unrolled(other);
-    const auto over = unrolled_.over(plane, other, kFromOld * control_.mouth_width);
-    const Gap beside{plane, over.value_or(other), gap.distance};
-    if (!is_middle && (added_ + 2 > kMaxFill || !isOpen(gap) || !isOpen(beside))) return;
-    if (!is_middle) close(gap);
-    close(beside);
+    const Eigen::Vector3d image = even_->mirrored(gap.skin);
+    if ((gap.skin - image).norm() < kFromOld * control_.mouth_width) {
+      close(onSkin(0.5 * (gap.skin + image), gap.distance));
+      return;
+    }
+    // Of two gaps as wide a rounding decides which one comes first: the right one is taken all the same.
+    const bool is_left = even_->leftOf(gap.skin) > 0;
+    const Gap right = is_left ? onSkin(image, gap.distance) : gap,
+              left = onSkin(even_->mirrored(right.skin), gap.distance);
+    if (added_ + 2 > kMaxFill || !isOpen(right) || !isOpen(left)) return;
+    close(right);
+    close(left);
+  }
+
+  /// A gap at the skin over `place`, which lies on it or nearly so.
+  [[nodiscard]] Gap onSkin(const Eigen::Vector3d& place, double distance) const {
+    const Eigen::Vector2d plane = cylinder_.unrolled(place);
+    return {plane, unrolled_.over(plane, place, kFromOld * control_.mouth_width).value_or(place), distance};
   }
 
   /// Whether no point is near, and the markers' surface tells how one moves there.
@@ -307,7 +326,7 @@ class Fitter {
   const FaceMesh& mesh_;
   const std::vector<std::uint32_t>& forbidden_;
   ControlMesh control_;
-  std::optional<MirrorPlane> even_;
+  std::optional<MiddlePlane> even_;
   VertexPositions normals_;
   std::vector<std::size_t> skin_;
   std::size_t added_ = 0;

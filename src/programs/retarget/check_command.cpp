@@ -12,6 +12,7 @@
 #include "base/index.h"
 #include "base/statistics.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
@@ -145,7 +146,9 @@ int runCheck(const CheckArguments& given) {
   const FaceReport report = reportOn(face, rig, corpus ? &*corpus : nullptr);
   if (!given.show.empty()) {
     const std::filesystem::path mesh = given.face.parent_path() / face.mesh_file;
-    writeFacePage(given.show, face, rig, report, {}, dressingOf(readFile(mesh, kMaxMeshBytes), mesh));
+    // Of the other kinds of mesh no page shows more than the rig holds.
+    const std::string bytes = isGlb(mesh) ? readFile(mesh, kMaxMeshBytes) : std::string();
+    writeFacePage(given.show, face, rig, report, {}, dressingOf(bytes, mesh));
   }
   const int code = report.faults().empty() ? kExitDone : kExitBadInput;
   if (!corpus) {

@@ -168,6 +168,23 @@ TEST(Avatar, PagesShowWhatABrowserReads) {
   }
 }
 
+TEST(Avatar, PagesShowPicturesInDataUris) {
+  GlbFile glb = paintedAvatar();
+  const std::size_t texture = glb.root["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+  const auto shown = [&](const char* uri) {
+    glb.root["images"].push_back({{"uri", uri}});
+    glb.root["textures"][texture] = {{"source", glb.root["images"].size() - 1}};
+    return glbPictures(glb.toBytes(), "avatar.glb");
+  };
+  const auto pictures = shown("data:image/webp;base64,UklGRiBXRUJQ");
+  ASSERT_TRUE(pictures.contains(1));
+  EXPECT_EQ(pictures.at(1).mime, "image/webp");
+  EXPECT_EQ(pictures.at(1).bytes, "RIFF WEBP");
+  EXPECT_EQ(shown("data:image/png;base64,iQ==").at(1).bytes, "\x89");
+  for (const char* none : {"data:image/png;base64,?", "data:image/svg+xml;base64,iQ==", "data:image/png,x", "skin.png"})
+    EXPECT_FALSE(shown(none).contains(1)) << none;
+}
+
 TEST(Avatar, OwnShapesAndAnimationsStayAndSpeechIsAdded) {
   const std::string given_bytes = madeUpAvatar();
   const GlbFile given(given_bytes), after(spoken(given_bytes));
