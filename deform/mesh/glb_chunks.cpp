@@ -2,11 +2,14 @@
 #include "deform/mesh/glb_chunks.h"
 
 #include <fmt/format.h>
+#include <tiny_gltf.h>
 
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/json_text.h"
@@ -54,32 +57,17 @@ const nlohmann::json& sourceOf(const nlohmann::json& texture) {
   return extensions.at(kExtension).at("source");
 }
 
-/// What base64 says (RFC 4648); "" where it is none.
-std::string fromBase64(std::string_view text) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  while (text.ends_with('=')) text.remove_suffix(1);
-  std::string bytes;
-  std::uint32_t held = 0;
-  unsigned bits = 0;
-  for (const char digit : text) {
-    const std::size_t value = kDigits.find(digit);
-    if (value == std::string_view::npos) return {};
-    held = (held << 6 | static_cast<std::uint32_t>(value)) & 0xffffU;
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes.push_back(static_cast<char>(held >> bits & 0xffU));
-  }
-  return bytes;
-}
-
 /// A picture whose address is a data URI, its kind with it; empty where it is none.
 GlbPicture pictureIn(std::string_view uri) {
   constexpr std::string_view kBegin = "data:", kCoding = ";base64,";
   const std::size_t coding = uri.find(kCoding);
   if (!uri.starts_with(kBegin) || coding == std::string_view::npos) return {};
-  return {std::string(uri.substr(kBegin.size(), coding - kBegin.size())),
-          fromBase64(uri.substr(coding + kCoding.size()))};
+  // The library knows fewer kinds of pictures than browsers do.
+  const std::string bytes = "data:application/octet-stream" + std::string(uri.substr(coding));
+  std::vector<unsigned char> picture;
+  std::string of_library;
+  tinygltf::DecodeDataURI(&picture, of_library, bytes, 0, false);
+  return {std::string(uri.substr(kBegin.size(), coding - kBegin.size())), {picture.begin(), picture.end()}};
 }
 
 bool isShownByBrowsers(const std::string& mime) {
