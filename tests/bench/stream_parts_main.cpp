@@ -1,6 +1,8 @@
 // Not a benchmark: how far the lips of a stream of sound lie from those of the same recording by file, and what makes
 // the difference, part by part (docs/theory/units/live.md#how-near-it-is-to-the-whole-line).
-//   stream_parts CORPUS LOOK_AHEAD_S SOUND.wav...
+//   stream_parts CORPUS LOOK_AHEAD_S SOUND.wav...         OWN_VOICE=1: the corpus' speaker speaks, too
+//   AFTER=4 stream_parts CORPUS LOOK_AHEAD_S SOUND.wav... the four sounds before it in the list come before each
+//   stream_parts --told CORPUS LOOK_AHEAD_S SOUND.wav...  phones, words or text are told, of a transcript beside each
 #include <fmt/format.h>
 
 #include <cmath>
