@@ -135,7 +135,8 @@ std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view fil
       const nlohmann::json& image = at("images", sourceOf(texture));
       if (const auto uri = image.find("uri"); uri != image.end() && uri->is_string()) {
         GlbPicture picture = pictureIn(uri->get_ref<const std::string&>());
-        if (isShownByBrowsers(picture.mime) && !picture.bytes.empty())
+        if (picture.mime == "image/ktx2") picture.bytes.clear();
+        if (picture.mime == "image/ktx2" || (isShownByBrowsers(picture.mime) && !picture.bytes.empty()))
           pictures[static_cast<int>(m)] = std::move(picture);
         continue;
       }

@@ -62,8 +62,8 @@ struct FaceJudgement {
   double jump_ratio = 0;        ///< of a vertex' step to its markers'
   double motion_share = 0;      ///< of the markers' motion that the skin under them goes along with
   double lip_motion_share = 0;  ///< the same of the lips' markers
-  /// How far the sides around the mouth move apart from each other's mirror image while an actor's do not, root mean
-  /// square; nullopt of a head that is not alike on both sides.
+  /// How far nine in ten places around the mouth, at most, move otherwise than their mirror images do while an actor's
+  /// sides do the same; nullopt of a head that is not alike on both sides.
   std::optional<double> lopsided_mm;
   double warp_stretch_least = 0;  ///< the least determinant of the warp's Jacobian over that in the face's middle
   std::size_t warp_points = 0, warp_folds = 0;  ///< places of markers and skin in poses; where the warp folds over

@@ -1,7 +1,6 @@
 #include "retarget/rig/lopsidedness.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/parallel_for.h"
 #include "deform/mesh/triangle_tree.h"
@@ -13,6 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kPoses = 12;
+/// A few places may lie on something else than their mirror image does: where lips touch, on the other lip.
+constexpr double kMostPlaces = 0.9;
 // Shares of the mouth's width.
 constexpr double kAround = 0.3;    ///< skin that is looked at is no further from the line between the lips
 constexpr double kOffLine = 0.03;  ///< nor nearer to it: there the other lip may be what is nearest to a mirror image
@@ -107,15 +108,17 @@ void Lopsidedness::findCompared(const FaceMesh& mesh, const FaceFile& face, cons
       if (away < kOffLine || away > kAround || normals(v, 2) <= 0) continue;
       const Vector3d image = even.mirrored(pointAt(mesh.vertices, v));
       const auto foot = tree.closest(image);
-      if (foot && (foot->point - image).norm() < kImage * width)
-        compared_.push_back({v, skin[foot->triangle], foot->weights});
+      if (!foot || (foot->point - image).norm() > kImage * width) continue;
+      Vector3d facing = Vector3d::Zero(), wanted = normals.row(v).cast<double>().transpose();
+      for (const std::uint32_t corner : skin[foot->triangle]) facing += normals.row(corner).cast<double>().transpose();
+      if (facing.dot(mirror_ * wanted) > 0) compared_.push_back({v, skin[foot->triangle], foot->weights});
     }
   }
 }
 
 Lopsidedness::Seen Lopsidedness::look(const JudgedHead& head, const FaceRig& rig) const {
-  std::vector<double> squares(rows_.size(), 0.0);
-  std::vector<std::vector<std::uint32_t>> off(rows_.size());
+  std::vector<double> off(rows_.size(), 0.0);
+  std::vector<std::vector<std::uint32_t>> vertices(rows_.size());
   parallelFor(rows_.size(), [&](std::size_t i) {
     VertexPositions deformed;
     rig.deform(even_->pose(FrameIndex{i}), tongue_[i], deformed);
@@ -128,14 +131,17 @@ Lopsidedness::Seen Lopsidedness::look(const JudgedHead& head, const FaceRig& rig
       Vector3d there = Vector3d::Zero();
       for (std::size_t k = 0; k < 3; ++k) there += place.weights[signedIndex(k)] * moveOf(place.image[k]);
       away.push_back((moveOf(place.vertex) - mirror_ * there).norm());
-      squares[i] += away.back() * away.back() / asReal(compared_.size());
     }
+    std::vector<double> sorted = away;
+    const auto most = sorted.begin() + signedIndex(wholePart(kMostPlaces * asReal(sorted.size() - 1)));
+    std::nth_element(sorted.begin(), most, sorted.end());
+    off[i] = *most;
     for (std::size_t k = 0; k < away.size(); ++k) {
-      if (away[k] > std::sqrt(squares[i])) off[i].push_back(compared_[k].vertex);
+      if (away[k] >= off[i]) vertices[i].push_back(compared_[k].vertex);
     }
   });
-  const std::size_t worst = unsignedIndex(std::max_element(squares.begin(), squares.end()) - squares.begin());
-  return {std::sqrt(squares[worst]), rows_[worst], off[worst]};
+  const std::size_t worst = unsignedIndex(std::max_element(off.begin(), off.end()) - off.begin());
+  return {off[worst], rows_[worst], vertices[worst]};
 }
 
 }  // namespace mouthpiece

@@ -22,9 +22,9 @@ class Lopsidedness {
                                         const JudgedPoses& poses, const ActorPose& actor);
 
   struct Seen {
-    double off = 0;                       ///< root mean square around the mouth in the worst pose, the mesh's unit
+    double off = 0;                       ///< nine in ten places around the mouth are off by no more, the mesh's unit
     std::size_t row = 0;                  ///< of the poses
-    std::vector<std::uint32_t> vertices;  ///< of the head, that are off by more
+    std::vector<std::uint32_t> vertices;  ///< of the head, that are off by as much or more
   };
   /// `rig`: as FaceJudge::judge() takes it.
   [[nodiscard]] Seen look(const JudgedHead& head, const FaceRig& rig) const;
