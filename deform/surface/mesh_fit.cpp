@@ -27,7 +27,6 @@ constexpr std::size_t kMaxFill = 90;
 constexpr std::size_t kMaxSamples = 6000;
 constexpr double kLeastCosine = 0.5;   ///< between the normals of skin and surface where the surface is laid along it
 constexpr double kLeastWeight = 1e-6;  ///< drivers below it are left out
-constexpr double kEven = 0.01;         ///< markers no further from the other side's mirror image stand evenly
 
 /// What each point's displacement adds to the displacement at `place`.
 /// slopes: of the surface from each point's displacement.
@@ -62,40 +61,6 @@ std::optional<SurfacePlace> locate(const ControlMesh& control, const Eigen::Vect
 bool isRim(const ControlPoint& point) {
   return point.name.starts_with("RIM_") || point.name.starts_with("LID_") || point.name.starts_with("EYE_") ||
          point.name.starts_with("CANTHUS_");
-}
-
-/// A plane between two sides that are alike.
-struct MiddlePlane {
-  Eigen::Vector3d normal;  ///< to the left
-  double offset;
-
-  [[nodiscard]] double leftOf(const Eigen::Vector3d& place) const { return normal.dot(place) - offset; }
-  [[nodiscard]] Eigen::Vector3d mirrored(const Eigen::Vector3d& place) const {
-    return place - 2 * leftOf(place) * normal;
-  }
-};
-
-/// The plane that mirrors the markers of either side onto those of the other; nullopt where they do not stand evenly.
-std::optional<MiddlePlane> planeBetweenSides(const ControlMesh& control) {
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
-  Eigen::Vector3d across = Eigen::Vector3d::Zero(), middle = across;
-  for (std::size_t i = 0; i < control.marker_count; ++i) {
-    std::string name = control.points[i].name;
-    if (!name.ends_with("_R")) continue;
-    name.back() = 'L';
-    const int other = findPoint(control, name);
-    if (other < 0) continue;
-    pairs.emplace_back(control.rest.row(signedIndex(i)).transpose(), control.rest.row(other).transpose());
-    across += pairs.back().second - pairs.back().first;
-    middle += 0.5 * (pairs.back().second + pairs.back().first);
-  }
-  if (pairs.empty() || !(across.norm() > 0)) return std::nullopt;
-  MiddlePlane plane{across.normalized(), 0};
-  plane.offset = plane.normal.dot(middle) / asReal(pairs.size());
-  for (const auto& [right, left] : pairs) {
-    if ((plane.mirrored(right) - left).norm() > kEven * control.mouth_width) return std::nullopt;
-  }
-  return plane;
 }
 
 /// The lip that a triangle wholly belongs to; skin beside the lips is on neither.
@@ -160,12 +125,10 @@ class Fitter {
       : coarse_(control),
         surface_(control),
         slopes_(surface_.slopesFrom(Eigen::MatrixXd::Identity(control.rest.rows(), control.rest.rows()))),
-        cylinder_(cylinderOf(control)),
-        unrolled_(mesh, cylinder_),
+        unrolled_(mesh, cylinderOf(control)),
         mesh_(mesh),
         forbidden_(topology.forbidden()),
         control_(control),
-        even_(planeBetweenSides(control)),
         normals_(vertexNormals(mesh.vertices, mesh.triangles)) {
     for (std::size_t v = 0; v < forbidden_.size(); ++v) {
       if (isSkin(topology.kinds()[v]) && !topology.isInMouth(v)) skin_.push_back(v);
@@ -177,12 +140,7 @@ class Fitter {
     for (int round = 0; round < kRounds; ++round) {
       layAlongSkin();
       const std::size_t before = added_;
-      for (const Gap& gap : gaps()) {
-        if (even_)
-          closeEvenly(gap);
-        else
-          close(gap);
-      }
+      for (const Gap& gap : gaps()) close(gap);
       if (added_ == before) break;
       control_.triangles = triangulate(control_);
       control_.rest_slopes.resize(0, 3);
@@ -263,38 +221,12 @@ class Fitter {
     return found;
   }
 
-  /// New points on both sides of an even head; one in its middle where they would come too near to each other.
-  void closeEvenly(const Gap& gap) {
-    const Eigen::Vector3d image = even_->mirrored(gap.skin);
-    if ((gap.skin - image).norm() < kFromOld * control_.mouth_width) {
-      close(onSkin(0.5 * (gap.skin + image), gap.distance));
-      return;
-    }
-    // Of two gaps as wide a rounding decides which one comes first: the right one is taken all the same.
-    const bool is_left = even_->leftOf(gap.skin) > 0;
-    const Gap right = is_left ? onSkin(image, gap.distance) : gap,
-              left = onSkin(even_->mirrored(right.skin), gap.distance);
-    if (added_ + 2 > kMaxFill || !isOpen(right) || !isOpen(left)) return;
-    close(right);
-    close(left);
-  }
-
-  /// A gap at the skin over `place`, which lies on it or nearly so.
-  [[nodiscard]] Gap onSkin(const Eigen::Vector3d& place, double distance) const {
-    const Eigen::Vector2d plane = cylinder_.unrolled(place);
-    return {plane, unrolled_.over(plane, place, kFromOld * control_.mouth_width).value_or(place), distance};
-  }
-
-  /// Whether no point is near, and the markers' surface tells how one moves there.
-  [[nodiscard]] bool isOpen(const Gap& gap) const {
-    const double nearest =
-        std::sqrt((control_.rest.rowwise() - gap.skin.transpose()).rowwise().squaredNorm().minCoeff());
-    return nearest > kFromOld * control_.mouth_width && locate(coarse_, gap.plane).has_value();
-  }
-
   /// A new point on the skin.
   void close(const Gap& gap) {
-    if (added_ < kMaxFill && isOpen(gap)) add(gap.skin, gap.plane, *locate(coarse_, gap.plane));
+    const auto place = locate(coarse_, gap.plane);
+    const double nearest =
+        std::sqrt((control_.rest.rowwise() - gap.skin.transpose()).rowwise().squaredNorm().minCoeff());
+    if (added_ < kMaxFill && place && nearest > kFromOld * control_.mouth_width) add(gap.skin, gap.plane, *place);
   }
 
   void add(const Eigen::Vector3d& position, const Eigen::Vector2d& plane, const SurfacePlace& place) {
@@ -321,12 +253,10 @@ class Fitter {
   const ControlMesh& coarse_;
   BezierSurface surface_;
   Eigen::MatrixXd slopes_;
-  Cylinder cylinder_;
   UnrolledSkin unrolled_;
   const FaceMesh& mesh_;
   const std::vector<std::uint32_t>& forbidden_;
   ControlMesh control_;
-  std::optional<MiddlePlane> even_;
   VertexPositions normals_;
   std::vector<std::size_t> skin_;
   std::size_t added_ = 0;

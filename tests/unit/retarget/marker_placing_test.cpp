@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -184,7 +183,7 @@ std::pair<double, std::string> mostUneven(const FaceFile& face) {
   return most;
 }
 
-/// Measured: markers 0.14 mm from their mirror images, added points 0.10 mm; 1.5 and 10.7 mm without evening out.
+/// Measured: 0.14 mm from their mirror images, 1.5 mm without evening out.
 TEST_F(PlacingOnIct, AnEvenHeadGetsEvenMarkersFromCrookedClicks) {
   IctHead ict;
   const test::MadeUpActor actor = test::madeUpActor();
@@ -194,17 +193,6 @@ TEST_F(PlacingOnIct, AnEvenHeadGetsEvenMarkersFromCrookedClicks) {
   const FaceFile face = fitFace(ict.mesh, crookedClicks(ict), "ten", request);
   const auto [off, name] = mostUneven(face);
   EXPECT_LT(off, kEvenWithinMm) << name;
-  std::vector<Eigen::Vector3d> added;
-  for (std::size_t i = 0; i < face.control.points.size(); ++i) {
-    if (face.control.points[i].name.find("FILL_") != std::string::npos)
-      added.emplace_back(face.control.rest.row(signedIndex(i)));
-  }
-  ASSERT_GT(added.size(), 20U);
-  for (const Eigen::Vector3d& point : added) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& other : added) nearest = std::min(nearest, (point - mirroredAcrossX(other)).norm());
-    EXPECT_LT(nearest, kEvenWithinMm) << point.transpose() << " " << nearest;
-  }
 }
 
 /// Its mouth's right half hangs up to 4 mm lower: there the clicks say more than the other side does.
