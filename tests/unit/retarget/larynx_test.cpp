@@ -17,18 +17,18 @@ const Eigen::Vector3d kChin(0, 0, 100);
 
 /// A grid of skin from y = `top` down to `bottom`, a round neck in front of which the chin lies 60 mm further.
 FaceMesh neck(double top, double bottom) {
-  constexpr int kColumns = 21;
+  constexpr int kNeckColumns = 21;
   const int rows = static_cast<int>((top - bottom) / 5) + 1;
   FaceMesh mesh;
-  mesh.vertices.resize(rows * kColumns, 3);
+  mesh.vertices.resize(rows * kNeckColumns, 3);
   for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const double x = 5.0 * (column - kColumns / 2);
-      mesh.vertices.row(row * kColumns + column) << static_cast<float>(x), static_cast<float>(top - 5 * row),
+    for (int column = 0; column < kNeckColumns; ++column) {
+      const double x = 5.0 * (column - kNeckColumns / 2);
+      mesh.vertices.row(row * kNeckColumns + column) << static_cast<float>(x), static_cast<float>(top - 5 * row),
           static_cast<float>(std::sqrt(60. * 60. - x * x) - 20);
       if (row == 0 || column == 0) continue;
-      const auto at = static_cast<std::uint32_t>(row * kColumns + column);
-      const auto above = at - kColumns;
+      const auto at = static_cast<std::uint32_t>(row * kNeckColumns + column);
+      const auto above = at - kNeckColumns;
       mesh.triangles.push_back({above - 1, at - 1, at});
       mesh.triangles.push_back({above - 1, at, above});
     }

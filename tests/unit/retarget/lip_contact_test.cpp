@@ -140,14 +140,14 @@ TEST_F(LipContactTest, TheMeterLooksThroughASlitBesideATouch) {
   };
   EXPECT_LT(tallest(meter.measure(mesh_.vertices)), 0.1);
   // Both lips part within a millimetre of the middle: the columns there touch beside it.
-  constexpr float kHalfWide = 1.2F, kEach = 0.6F;
+  constexpr float kPartedHalf = 1.2F, kEach = 0.6F;
   const auto middle = static_cast<float>(file_.control.rest(findPoint(file_.control, "LIP_UP_MID"), 0));
   VertexPositions moved = mesh_.vertices;
   for (std::size_t v = 0; v < file_.binding.patch.size(); ++v) {
     const auto row = static_cast<Eigen::Index>(v);
     const int patch = file_.binding.patch[v];
     const float aside = std::abs(moved(row, 0) - middle);
-    if (patch < 0 || aside > kHalfWide) continue;
+    if (patch < 0 || aside > kPartedHalf) continue;
     const LipSide side = file_.control.sideOf(static_cast<std::size_t>(patch));
     if (side == LipSide::kUpper) moved(row, 1) += kEach;
     if (side == LipSide::kLower) moved(row, 1) -= kEach;
