@@ -30,7 +30,7 @@ constexpr std::array<FaceLimit, 13> kLimits{{
     {"stretch", 5, "mm", false},
     {"triangles turned over", 4, "mm2", false},
     {"vertex jump", 2, "times", false},
-    {"lopsided motion", 1, "mm", false},
+    {"lopsided motion", 3, "mm", false},
     {"bound", 95, "%", true},
     {"motion", 50, "%", true},
     {"lip motion", 50, "%", true},

@@ -159,7 +159,7 @@ TEST(PrivateFolder, NoTwoAreTheSame) {
 TEST(ChildProcess, EndsWhenWhatFeedsItThrows) {
   const PrivateFolder folder;
   const std::string error = errorOf([&] {
-    runChild(findProgram("sh").value(), {"-c", "echo $$ > other; cat"}, folder.path(), kPatience,
+    runChild(findProgram("sh").value(), {"-c", "echo $$ > new; mv new other; cat"}, folder.path(), kPatience,
              [&](const ChildInput& give) {
                for (int tries = 0; tries < 500 && !std::filesystem::exists(folder.path() / "other"); ++tries)
                  std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -289,6 +289,7 @@ TEST_F(FaceJudgeTest, ALopsidedActorIsNoLopsidedHead) {
   }
   const FaceJudgement found = judged(file_, poses);
   ASSERT_TRUE(found.lopsided_mm);
+  EXPECT_EQ(faultOf(found, "lopsided motion"), nullptr) << *found.lopsided_mm;
 }
 
 TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
