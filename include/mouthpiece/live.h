@@ -25,6 +25,7 @@ struct MOUTHPIECE_API LiveOptions {
   /// The sound is of the person whose takes the corpus holds: they tell how he says his phones. The stream takes a few
   /// seconds longer to begin.
   bool own_voice = false;
+  bool arkit = true;  ///< frames have ARKit's weights; who wants markers or vertices alone saves their time
 };
 
 /// A phone of the line as another program knows it.

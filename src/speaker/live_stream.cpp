@@ -61,6 +61,7 @@ struct LiveStream::Data {
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
   void show(LiveFrames frames);
+  RowMajorMatrixF arkitWeights(const LiveFrames& frames, const std::vector<GazeTurn>& gaze);
   std::vector<GazeTurn> moveUpperFace(PositionMatrix& positions_mm);
   void poseMesh();
   [[nodiscard]] ShownFrame restingFrame() const;
@@ -284,9 +285,8 @@ std::vector<GazeTurn> LiveStream::Data::moveUpperFace(PositionMatrix& positions_
   return gaze;
 }
 
-void LiveStream::Data::show(LiveFrames frames) {
-  const std::vector<GazeTurn> gaze = moveUpperFace(frames.positions_mm);
-  const auto count = unsignedIndex(frames.positions_mm.rows());
+/// Weights of ARKit's shapes, a row a frame, that go on from those of the frames before.
+RowMajorMatrixF LiveStream::Data::arkitWeights(const LiveFrames& frames, const std::vector<GazeTurn>& gaze) {
   PositionMatrix& behind = weights_clip.positions_mm;
   const Eigen::Index kept = std::min<Eigen::Index>(behind.rows(), signedIndex(kWeightsBehind));
   PositionMatrix joined(kept + frames.positions_mm.rows(), frames.positions_mm.cols());
@@ -295,23 +295,28 @@ void LiveStream::Data::show(LiveFrames frames) {
   weights_lips.erase(weights_lips.begin(), weights_lips.end() - kept);
   weights_lips.insert(weights_lips.end(), frames.lips.begin(), frames.lips.end());
   const SharedCorpus::Data& corpus = setup.corpus.data();
-  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips, corpus.actor.unseen);
-  if (!gaze.empty()) {
-    RowMajorMatrixF shown = weights.bottomRows(signedIndex(count));
-    addGaze(gaze, shown);
-    weights.bottomRows(signedIndex(count)) = shown;
-  }
+  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips, corpus.actor.unseen)
+                                .bottomRows(frames.positions_mm.rows());
+  if (!gaze.empty()) addGaze(gaze, weights);
+  return weights;
+}
+
+void LiveStream::Data::show(LiveFrames frames) {
+  const std::vector<GazeTurn> gaze = moveUpperFace(frames.positions_mm);
+  const auto count = unsignedIndex(frames.positions_mm.rows());
+  RowMajorMatrixF weights = RowMajorMatrixF::Zero(frames.positions_mm.rows(), kArkitShapes);
+  if (options.arkit) weights = arkitWeights(frames, gaze);
   FaceMotion face;
   if (setup.face)
-    face = setup.face->data().rig().retarget({rate_hz, weights_clip.marker_names, frames.positions_mm}, &corpus.actor,
-                                             frames.lips, gaze);
+    face = setup.face->data().rig().retarget({rate_hz, weights_clip.marker_names, frames.positions_mm},
+                                             &setup.corpus.data().actor, frames.lips, gaze);
   const std::scoped_lock lock(mutex);
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = signedIndex(i);
     ShownFrame& made = ring.add();
     const double* markers = frames.positions_mm.row(row).data();
     made.markers_mm.assign(markers, markers + frames.positions_mm.cols());
-    Eigen::Map<Eigen::RowVectorXf>(made.arkit.data(), kArkitShapes) = weights.row(kept + row);
+    Eigen::Map<Eigen::RowVectorXf>(made.arkit.data(), kArkitShapes) = weights.row(row);
     made.lips = frames.lips[i];
     made.tongue = frames.tongue[i];
     if (!gaze.empty()) made.gaze = gaze[i];

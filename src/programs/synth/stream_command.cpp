@@ -288,6 +288,7 @@ int runStream(const StreamOptions& given) {
   if (options.labels != StreamLabels::kNone) options.live.source = LiveOptions::Source::kLabels;
   if (!options.text_file.empty()) options.live.source = LiveOptions::Source::kText;
   options.speaker.with_face = options.format == StreamFormat::kRows && options.rows == StreamRows::kVertices;
+  options.live.arkit = options.format != StreamFormat::kRows || options.rows == StreamRows::kArkit;
   if (options.text_file != "-" && options.text_file.empty() && isatty(STDIN_FILENO) != 0)
     throw InputError("stdin", "", "is a terminal; expected sound, or labels with --labels");
   const Speaker speaker(options.speaker);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -219,6 +220,18 @@ TEST_F(Live, SoundAloneOpensTheMouthAsTheRecordingHeardAsPhonesDoes) {
   at_48.addAll(stream);
   EXPECT_NEAR(static_cast<double>(at_48.frames), static_cast<double>(heard.frames), 1);
   EXPECT_GT(correlation(openings(at_48.markers_mm), whole), 0.7);
+}
+
+TEST_F(Live, WithoutArkitsWeightsMarkersAreTheSame) {
+  std::array<Pulled, 2> pulled;
+  for (const bool arkit : {false, true}) {
+    LiveStream stream = speaker().live({.source = LiveOptions::Source::kLabels, .arkit = arkit});
+    pushLabels(stream, pulled[arkit ? 1 : 0]);
+  }
+  EXPECT_EQ(pulled[0].markers_mm, pulled[1].markers_mm);
+  const auto most = [](const Pulled& one) { return *std::max_element(one.arkit.begin(), one.arkit.end()); };
+  EXPECT_EQ(most(pulled[0]), 0);
+  EXPECT_GT(most(pulled[1]), 0.1F);
 }
 
 TEST_F(Live, WithASecondAheadItIsTheLineAsAWhole) {
