@@ -132,7 +132,8 @@ def rows_of(face, bin_folder):
     is_skin[triangles[(colours == SKIN).all(1) | (colours == COLOURS["lips"]).all(1)]] = True
     moved[~is_skin] = 0
     lips = frames[0][moved > 0.6 * moved.max()]  # in no other place does a talking face's skin move more
-    middle, width = lips.mean(0), 0.42 * numpy.ptp(vertices[:, 0])
+    # A head may come with hair and a body: how wide it is tells nothing, how wide its talking skin is does.
+    middle, width = lips.mean(0), 0.7 * numpy.ptp(frames[0][moved > 0.15 * moved.max(), 0])
     rows = [[], []]
     for pose in POSES:
         time = next((t for t, name in phones if name.rstrip("012") == pose), None)

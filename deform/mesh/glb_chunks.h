@@ -19,5 +19,7 @@ std::string glbOf(std::string json, std::string binary);
 /// `glb` without EXT_meshopt_compression and KHR_draco_mesh_compression: the same accessors over plain data in one
 /// buffer. Empty where neither is there. Throws InputError for what cannot be decoded.
 std::string unpackedGlb(std::string_view glb, std::string_view file);
+/// The same where it uses Draco, whose reader in three.js needs a worker that our pages forbid; else `glb` as it is.
+std::string withoutDraco(std::string glb, std::string_view file);
 
 }  // namespace mouthpiece

@@ -258,4 +258,10 @@ std::string unpackedGlb(std::string_view glb, std::string_view file) {
   }
 }
 
+std::string withoutDraco(std::string glb, std::string_view file) {
+  if (glb.find(kDraco) == std::string::npos) return glb;
+  std::string plain = unpackedGlb(glb, file);
+  return plain.empty() ? glb : plain;
+}
+
 }  // namespace mouthpiece

@@ -100,7 +100,7 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
   float largest = 0;
   std::erase_if(near, [&](const ToothWatch* watch) {
     Eigen::Map<Vector3f> p(out + 3 * std::size_t{watch->vertex});
-    const TeethShell::Depth depth = shell.depthAt(with.back(p), deepest, watch->around_edge != 0);
+    const TeethShell::Depth depth = shell.depthAt(with.back(p), deepest + watch->allowed, watch->around_edge != 0);
     if (depth.depth <= watch->allowed) return true;
     const float push = pushBack(watch->allowed - depth.depth, ease);
     p += push * (with.turn * depth.out);

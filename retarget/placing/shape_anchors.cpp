@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "deform/mesh/lip_line.h"
 #include "deform/mesh/lip_slit.h"
 #include "deform/mesh/triangle_tree.h"
 
@@ -58,6 +59,7 @@ std::optional<std::uint32_t> best(const std::vector<std::uint32_t>& vertices, co
   return found;
 }
 constexpr float kNever = -std::numeric_limits<float>::infinity();
+constexpr float kRedEdge = 0.16F;  ///< a lip's red edge from the lips' meeting, of the mouth's width
 
 class AnchorFinder {
  public:
@@ -118,18 +120,30 @@ class AnchorFinder {
       return 0.5F * (placeAt(mesh_, pair.upper) + placeAt(mesh_, pair.lower));
     };
     // The head's right is at lower x: it looks at us.
-    const Vector3f right = middleOf(slit.front()), left = middleOf(slit.back());
+    Vector3f right = middleOf(slit.front()), left = middleOf(slit.back());
+    carryOn(right, left);
     centre_x_ = 0.5F * (right.x() + left.x());
     width_ = left.x() - right.x();
     const auto middle = std::min_element(slit.begin(), slit.end(), [&](const SlitPair& a, const SlitPair& b) {
       return std::abs(middleOf(a).x() - centre_x_) < std::abs(middleOf(b).x() - centre_x_);
     });
     stomion_ = middleOf(*middle);
-    // The corner is where the slit ends: its last pairs carry on, outwards, until the jaw parts nothing any more.
     anchors_["LIP_CORNER_R"] = nearestSkin(right);
     anchors_["LIP_CORNER_L"] = nearestSkin(left);
-    if (const auto y = redEdge(1)) anchors_["LIP_UP_MID"] = skinOnProfile(*y);
-    if (const auto y = redEdge(-1)) anchors_["LIP_LO_MID"] = skinOnProfile(*y);
+    anchors_["LIP_UP_MID"] = skinOnProfile(redEdge(1));
+    anchors_["LIP_LO_MID"] = skinOnProfile(redEdge(-1));
+  }
+
+  /// Takes the ends of the slit outwards to the corners of the lips' line: a shape that opens the middle alone parts
+  /// nothing there (Ready Player Me's mouthOpen ends a third before them).
+  void carryOn(Vector3f& right, Vector3f& left) const {
+    const Vector3f middle = 0.5F * (right + left), lip(0, kRedEdge * (left - right).norm(), 0);
+    const auto line = traceLipLine(
+        mesh_.vertices, trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}),
+        {right.cast<double>(), left.cast<double>(), (middle + lip).cast<double>(), (middle - lip).cast<double>()});
+    if (!line || !line->is_parted) return;
+    if (line->corner_right.x() < static_cast<double>(right.x())) right = line->corner_right.cast<float>();
+    if (line->corner_left.x() > static_cast<double>(left.x())) left = line->corner_left.cast<float>();
   }
 
   [[nodiscard]] std::optional<float> profile(float y) const {
@@ -147,21 +161,44 @@ class AnchorFinder {
   std::uint32_t skinOnProfile(float y) const { return nearestSkin({centre_x_, y, profile(y).value_or(stomion_.z())}); }
 
   /// The red edge of a lip on the midline: from the lips' meeting outwards (`way`: 1 up, -1 down) the profile swells
-  /// and falls back; the edge is where, past the swelling, it turns most sharply.
-  [[nodiscard]] std::optional<float> redEdge(float way) const {
+  /// and falls back. A snout's lip does not fall back: its edge is where a person's is.
+  [[nodiscard]] float redEdge(float way) const {
+    constexpr int kSteps = 30;
     const float step = 0.01F * width_;
-    std::vector<Vector2f> line;  // along way, and out of the face
-    for (int i = 1; i <= 60; ++i) {
-      const float y = stomion_.y() + way * step * static_cast<float>(i);
-      const auto z = profile(y);
+    const auto yAt = [&](int i) { return stomion_.y() + way * step * static_cast<float>(i); };
+    int swelling = 0;
+    float most = kNever;
+    for (int i = 3; i <= kSteps; ++i) {
+      const auto z = profile(yAt(i));
       if (!z) break;
-      line.emplace_back(step * static_cast<float>(i), *z);
+      if (*z > most) {
+        most = *z;
+        swelling = i;
+      }
     }
-    if (line.size() < 12) return std::nullopt;
-    const auto far = std::min<std::size_t>(line.size(), 40);
-    const auto swelling = std::max_element(line.begin() + 2, line.begin() + static_cast<std::ptrdiff_t>(far),
-                                           [](const Vector2f& a, const Vector2f& b) { return a.y() < b.y(); });
-    return stomion_.y() + way * swelling->x();
+    return swelling == 0 || swelling == kSteps ? stomion_.y() + way * kRedEdge * width_ : yAt(swelling);
+  }
+
+  /// From the lower lip down the profile, the first place from which on it goes back faster than half as much as it
+  /// goes down: a throat and a chest lie beyond. nullopt where the profile ends before.
+  [[nodiscard]] std::optional<float> underChin() const {
+    constexpr int kFirst = 30, kLast = 180, kPast = 15;
+    const float step = 0.01F * width_;
+    int lowest = 0;
+    float most = kNever;
+    for (int i = kFirst; i <= kLast; ++i) {
+      const float y = stomion_.y() - step * static_cast<float>(i);
+      const auto z = profile(y);
+      const float score = z ? -y + 0.5F * *z : kNever;
+      if (score > most) {
+        most = score;
+        lowest = i;
+      } else if (i > lowest + kPast || !z) {
+        break;
+      }
+    }
+    if (lowest == 0 || lowest == kLast) return std::nullopt;
+    return stomion_.y() - step * static_cast<float>(lowest);
   }
 
   void findProfile() {
@@ -170,18 +207,10 @@ class AnchorFinder {
     };
     const auto nose = best(skin_, [&](std::uint32_t v) {
       const float up = (mesh_.vertices(v, 1) - stomion_.y()) / width_;
-      return onMiddle(v, 0.25F) && up > 0.3F && up < 1.4F ? mesh_.vertices(v, 2) : kNever;
+      return onMiddle(v, 0.25F) && up > 0.25F && up < 1.4F ? mesh_.vertices(v, 2) : kNever;
     });
     if (nose) anchors_["NOSE_TIP"] = *nose;
-    float most = 0;
-    for (const std::uint32_t v : skin_) most = std::max(most, shapes_.jaw_open.row(v).norm());
-    // The lowest point of what the jaw carries in front: a throat that goes along lies further back.
-    const auto chin = best(skin_, [&](std::uint32_t v) {
-      const Vector3f from = placeAt(mesh_, v) - stomion_;
-      const bool rides = shapes_.jaw_open.row(v).norm() > 0.5F * most;
-      return onMiddle(v, 0.15F) && rides && from.y() < -0.3F * width_ ? -from.y() + 0.5F * from.z() : kNever;
-    });
-    if (chin) anchors_["CHIN_LOW"] = *chin;
+    if (const auto y = underChin()) anchors_["CHIN_LOW"] = skinOnProfile(*y);
   }
 
   /// The eye between its corners, as far as it is seen; else the lid that closes.

@@ -41,6 +41,7 @@ constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
 /// Upright sections in which one looks between the lips, a sixth of a millimetre apart on a man.
 constexpr std::size_t kSights = 16 * kColumns;
+constexpr double kFacesIn = -0.2;  ///< how far a normal looks ahead: below it lies a lip's back, in teeth or not unseen
 constexpr double kDeepSight = 0.18;  ///< behind the lips' fronts: what is deeper is seen, not the crease of thick lips
 
 /// A place on a triangle of the mesh.
@@ -409,10 +410,11 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
           if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
         }
       }
-      if (const auto gap = isSeen(teeth, 0, data_->deepest, 0, to_teeth))
-        contact.in_teeth = std::max(contact.in_teeth, -*gap);
       if (const auto gap = isSeen(tongue, 0, data_->deep_in_tongue, kStraight, to_tongue))
         contact.in_tongue = std::max(contact.in_tongue, -*gap);
+      if (facing.at(point).z() < kFacesIn) continue;
+      if (const auto gap = isSeen(teeth, 0, data_->deepest, 0, to_teeth))
+        contact.in_teeth = std::max(contact.in_teeth, -*gap);
     }
   };
   look(data_->lower, upper);

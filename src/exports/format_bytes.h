@@ -79,6 +79,8 @@ struct ViewPage {
   const ViewEdits* edits = nullptr;   ///< null: nothing but the line itself
   std::string_view engine = {};       ///< WebAssembly that makes the line again after an edit; "": none
   std::string_view packed_line = {};  ///< what `engine` makes it of
+  /// From the scene of `glb` to where the markers are, upright and in metres: a head's own GLB has any unit and turn.
+  Eigen::Matrix3d shown_from_glb = Eigen::Matrix3d::Identity();
 };
 
 /// Where the template takes its data: this line, once.

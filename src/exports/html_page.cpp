@@ -122,6 +122,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"face", page.face_name},
                     {"parts", partsOf(mesh)},
                     {"control", controlOf(page, mesh.metres_per_unit)},
+                    {"shown_from_glb", std::span(page.shown_from_glb.data(), 9)},
                     {"lip_opening_mm", openingsOf(page.animation.motion)},
                     {"lip_width_mm", widthsOf(page.animation.motion)},
                     {"curves", curvesOf(page.animation.curves)}};

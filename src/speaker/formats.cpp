@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "base/parallel_for.h"
 #include "base/text_encoding.h"
+#include "deform/mesh/glb_chunks.h"
 #include "exports/arkit.h"
 #include "exports/curves/curve_files.h"
 #include "exports/curves/weight_tracks.h"
@@ -139,11 +140,12 @@ std::string pageOf(const Source& source) {
   const SharedFace::Data& face = source.needFace();
   const UtteranceAnimation animation = source.timedAnimation();
   const std::optional<ViewEdits> edits = source.viewEdits();
-  const std::string glb = source.smallGlb();
+  const std::string glb = withoutDraco(source.smallGlb(), face.rig().name());
   const std::string packed = edits ? source.packedLine(*edits) : "";
   const std::string engine = packed.empty() ? "" : readFile(pageEngineFile());
   return viewHtml(page_template, {animation, glb, face.rig().mesh(), face.rig().name(), face.rig().markerNames(),
-                                  source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed});
+                                  source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed,
+                                  source.shownFromGlb()});
 }
 
 // What fits a longer ending comes before what fits its end.

@@ -270,6 +270,13 @@ std::string Performance::Data::smallGlb() const {
   return smallGlbBytes(own.rig().mesh(), shapes(), own.rig().name(), head ? &*head : nullptr, &normals());
 }
 
+Eigen::Matrix3d Performance::Data::shownFromGlb() const {
+  const SharedFace::Data& own = needFace();
+  const std::scoped_lock lock(mutex_);
+  if (!given_glb_) return Eigen::Matrix3d::Identity();
+  return own.rig().metresPerUnit() * own.file.upright_from_mesh;
+}
+
 VertexPositions Performance::Data::verticesOf(const FaceMotion& moving, FrameIndex frame,
                                               std::span<const GazeTurn> gaze) const {
   VertexPositions vertices;

@@ -104,6 +104,8 @@ struct Performance::Data {
   [[nodiscard]] std::string glb() const;
   /// The same packed; as it is of a head that came as GLB.
   [[nodiscard]] std::string smallGlb() const;
+  /// From the scene of what glb() gave to upright metres.
+  [[nodiscard]] Eigen::Matrix3d shownFromGlb() const;
   /// Every vertex of every frame, the mesh's unit and orientation as its file has them.
   [[nodiscard]] FaceAnimation allVertices() const;
   /// The same, upright as the face was fitted.

@@ -32,9 +32,12 @@ const imageOf = ({ root, binary }) => {
   return binary.subarray(byteOffset, byteOffset + byteLength);
 };
 
-/** `head` with `picture` in place of its own, known by `extension` alone. */
-function repainted(mime, extension, picture) {
+/** `head`, `size` times as large, with `picture` in place of its own, known by `extension` alone. */
+function repainted(mime, extension, picture, size) {
   const { root, binary } = parted(readFileSync(head));
+  const [scene] = root.scenes;
+  root.nodes.push({ name: 'sized', scale: [size, size, size], children: scene.nodes });
+  scene.nodes = [root.nodes.length - 1];
   const start = binary.length + ((4 - (binary.length % 4)) % 4);
   root.bufferViews.push({ buffer: 0, byteOffset: start, byteLength: picture.length });
   root.images = [{ bufferView: root.bufferViews.length - 1, mimeType: mime }];
@@ -80,10 +83,11 @@ async function seen(selector) {
 }
 
 const LEAST_SHARE = 0.1;  // of the canvas; a head fills a fourth of it or more
+const MOST_SHARE = 0.8;
 const painted = ({ green }) => assert.ok(green > LEAST_SHARE, `only ${green} of the page is as green as the texture`);
 const bare = ({ green, head: share }) => {
   assert.ok(green < 0.01, `${green} of the page is green`);
-  assert.ok(share > LEAST_SHARE, `only ${share} of the page shows a head`);
+  assert.ok(share > LEAST_SHARE && share < MOST_SHARE, `${share} of the page shows a head`);
 };
 
 /** Drags a marker from where it is to where another one is, some pixels beside it. */
@@ -109,7 +113,7 @@ async function dragWrongly() {
 }
 
 /** The files and pages of one kind of picture; `look` judges what is seen, `note` what is said. */
-function checksOf(kind, mime, extension, picture, look, note) {
+function checksOf(kind, mime, extension, picture, size, look, note) {
   const file = (ending) => join(scratch, `${kind}${ending}`);
   const show = (name) => page.goto(pathToFileURL(resolve(file(name))).href);
   const lookAt = async (name, selector) => {
@@ -119,9 +123,12 @@ function checksOf(kind, mime, extension, picture, look, note) {
   };
   return {
     async [`${kind}: fits, with a page to pick on and one that shows the fit`]() {
-      writeFileSync(file('.glb'), repainted(mime, extension, picture));
+      writeFileSync(file('.glb'), repainted(mime, extension, picture, size));
+      const { markers } = JSON.parse(readFileSync(anchors));
+      const sized = Object.entries(markers).map(([name, place]) => [name, place.map((value) => size * value)]);
+      writeFileSync(file('.json'), JSON.stringify({ markers: Object.fromEntries(sized) }));
       run(retarget, ['pick', file('.glb'), '--out', file('.pick.html')]);
-      run(retarget, ['fit', '--mesh', file('.glb'), '--anchors', anchors, '--corpus', corpus, '--out', file('.face'),
+      run(retarget, ['fit', '--mesh', file('.glb'), '--anchors', file('.json'), '--corpus', corpus, '--out', file('.face'),
         '--show', file('.fit.html')]);
       for (const name of ['pick', 'fit']) {
         await show(`.${name}.html`);
@@ -151,6 +158,8 @@ function checksOf(kind, mime, extension, picture, look, note) {
       assert.equal(told.some((line) => /texture/.test(line)), note !== null);
       if (note) assert.match(told.join(' '), note);
       await lookAt('view', '#view');
+      const apart = await page.evaluate(() => window.mouthpiece.lipOpening());
+      assert.ok(apart > 2 && apart < 40, `the lips' middles are ${apart} mm apart`);
     },
   };
 }
@@ -173,8 +182,8 @@ async function greenWebp() {
 const ktx2 = Buffer.from([0xab, 0x4b, 0x54, 0x58, 0x20, 0x32, 0x30, 0xbb, 0x0d, 0x0a, 0x1a, 0x0a, 1, 2, 3, 4]);
 
 const checks = {
-  ...checksOf('webp', 'image/webp', 'EXT_texture_webp', await greenWebp(), painted, null),
-  ...checksOf('ktx2', 'image/ktx2', 'KHR_texture_basisu', ktx2, bare, /KTX2 textures, which this page cannot show/),
+  ...checksOf('webp', 'image/webp', 'EXT_texture_webp', await greenWebp(), 1, painted, null),
+  ...checksOf('ktx2', 'image/ktx2', 'KHR_texture_basisu', ktx2, 30, bare, /KTX2 textures, which this page cannot show/),
   async 'nothing was complained about'() {
     assert.deepEqual(complaints, []);
   },

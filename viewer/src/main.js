@@ -54,7 +54,7 @@ class Page {
     this.stage = new Stage(document.getElementById('view'));
     const focus = this.controlPoints.box();
     if (focus) focus.expandByScalar(0.05 * focus.max.distanceTo(focus.min));
-    await this.stage.load(data.glb, data.parts, focus);
+    await this.stage.load(data.glb, data.parts, focus, data.shown_from_glb);
     if (this.stage.unseenTextures.size > 0) {
       showDoubts([...this.warnings, 'The face has KTX2 textures, which this page cannot show; its GLB keeps them.']);
     }

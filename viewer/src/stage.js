@@ -1,7 +1,7 @@
 // The studio: camera, lights and the face that the GLB holds.
 import {
-  AnimationMixer, Box3, DirectionalLight, HemisphereLight, NeutralToneMapping, PCFShadowMap, PerspectiveCamera,
-  PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
+  AnimationMixer, Box3, DirectionalLight, Group, HemisphereLight, Matrix3, Matrix4, NeutralToneMapping, PCFShadowMap,
+  PerspectiveCamera, PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
@@ -65,8 +65,11 @@ export class Stage {
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
   }
 
-  /** Parses the GLB; `parts` tell each material's kind, `focus` the box of what to look at (null: the whole). */
-  async load(glb, parts, focus) {
+  /**
+   * Parses the GLB; `parts` tell each material's kind, `focus` the box of what to look at (null: the whole), `placing`
+   * (3 x 3, column by column) takes the GLB's scene to where `focus` is.
+   */
+  async load(glb, parts, focus, placing) {
     const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).register(pictureForKtx2(this.unseenTextures));
     const gltf = await loader.parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
     this.face = gltf.scene;
@@ -77,8 +80,10 @@ export class Stage {
       const part = parts.find(({ material }) => material >= 0 && material === number) ?? parts[number];
       this.#dress(object, part?.kind);
     });
-    this.scene.add(this.face);
-    this.face.updateMatrixWorld(true);  // a packed face is in units of its own, and is measured before it is drawn
+    const placed = new Group();
+    placed.applyMatrix4(new Matrix4().setFromMatrix3(new Matrix3().fromArray(placing)));
+    this.scene.add(placed.add(this.face));
+    placed.updateMatrixWorld(true);  // a packed face is in units of its own, and is measured before it is drawn
     this.mixer = new AnimationMixer(this.face);
     this.clip = gltf.animations.find(({ name }) => name === 'speech') ?? gltf.animations[0];
     this.#forgetStillParts();

@@ -208,6 +208,9 @@ TEST_P(PackedSheets, AreThePlainOnes) {
 /// Whoever reads what was unpacked needs no extension, and finds nothing packed.
 TEST_P(PackedSheets, AreUnpackedWhole) {
   EXPECT_EQ(unpackedGlb(glb(Packing::kNone), "a.glb"), "");
+  for (const Packing left : {Packing::kNone, Packing::kTriangles})
+    EXPECT_EQ(withoutDraco(glb(left), "a.glb"), glb(left));
+  EXPECT_EQ(withoutDraco(glb(Packing::kDraco), "a.glb"), unpackedGlb(glb(Packing::kDraco), "a.glb"));
   for (const Packing packing : {Packing::kTriangles, Packing::kSequence, Packing::kExponents, Packing::kDraco}) {
     const std::string unpacked = unpackedGlb(glb(packing), "a.glb");
     const GlbChunks chunks = glbChunks(unpacked, "a.glb");

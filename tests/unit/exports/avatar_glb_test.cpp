@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/glb_chunks.h"
 #include "deform/mesh/glb_scene.h"
 #include "deform/mesh/mesh_reader.h"
 #include "exports/gltf/glb.h"
@@ -360,6 +361,10 @@ TEST_P(AvatarStyles, ReadsAsThePlainOneDoesAndSpeaksLikeIt) {
   }
   EXPECT_EQ(parseGlb(made, "avatar.glb").vertices, mesh.vertices);
   EXPECT_EQ(GlbFile(made).root["extensionsUsed"], GlbFile(styled).root["extensionsUsed"]);
+  // As a page holds it, to which Draco is no help.
+  const std::string shown = withoutDraco(made, "avatar.glb");
+  EXPECT_EQ(shown == made, !GetParam().second.draco);
+  EXPECT_EQ(parseGlb(shown, "avatar.glb").vertices, mesh.vertices);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, AvatarStyles,

@@ -1,13 +1,17 @@
 // Anchors by a head's own shapes, and what the clicked ones tell of a mesh.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/mesh/face_mesh.h"
+#include "base/index.h"
+#include "deform/mesh/mesh_files.h"
 #include "retarget/placing/anchors.h"
+#include "retarget/placing/shape_anchors.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -38,6 +42,35 @@ TEST(ShapeAnchors, LieWhereAPersonPutsThem) {
     const auto was = placeOf(wanted, name, mesh, "wanted");
     if (!was) continue;
     EXPECT_LT(1000 * (*is - *was).norm(), kWithinMm) << name;
+  }
+}
+
+/// Ready Player Me's mouthOpen takes the lower lip's middle down and leaves corners and chin: a chin was sought on the
+/// lip, and corners where the lip parted no more, a third before they come.
+TEST(ShapeAnchors, LieThereToldByALowerLipAlone) {
+  const fs::path head = test::kSharedFaces / "ict_arkit.glb";
+  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
+  const std::string bytes = readFile(head);
+  const FaceMesh mesh = parseFaceMesh(bytes, head);
+  const FaceShapes shapes = parseFaceShapes(bytes, head);
+  const auto jaw = std::find(shapes.names.begin(), shapes.names.end(), "jawOpen") - shapes.names.begin();
+  ASSERT_LT(unsignedIndex(jaw), shapes.names.size());
+  const fs::path by_hand = fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json";
+  const Anchors wanted = parseAnchors(readFile(by_hand), by_hand.string());
+  const auto at = [&](const char* name) { return *placeOf(wanted, name, mesh, "wanted"); };
+  const Eigen::Vector3d right = at("LIP_CORNER_R"), left = at("LIP_CORNER_L"), middle = 0.5 * (right + left);
+  TellingShapes lip_alone{shapes.moves[unsignedIndex(jaw)], {}, {}};
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+    const Eigen::Vector3d from = mesh.vertices.row(v).transpose().cast<double>() - middle;
+    const double across = std::max(0.0, 1 - std::abs(from.x()) / (0.38 * (left - right).norm()));
+    const double down = std::clamp(1 + from.y() / (0.5 * (left - right).norm()), 0.0, 1.0);
+    lip_alone.jaw_open.row(v) *= static_cast<float>(across * down);
+  }
+  const auto found = anchorsFromShapes(mesh, lip_alone, "head.glb");
+  for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "LIP_LO_MID", "CHIN_LOW", "NOSE_TIP"}) {
+    ASSERT_TRUE(found.contains(name)) << name;
+    const Eigen::Vector3d is = mesh.vertices.row(signedIndex(found.at(name))).transpose().cast<double>();
+    EXPECT_LT(1000 * (is - at(name)).norm(), kWithinMm) << name;
   }
 }
 
