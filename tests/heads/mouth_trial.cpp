@@ -22,6 +22,7 @@ using Eigen::Vector3d;
 
 /// Behind the lips' fronts: further back one looks between them, not into the crease where thick lips meet.
 constexpr double kDeepMm = 9;
+constexpr double kLeapMm = 1.5;  ///< from one place of the net to the next: one looks past an edge
 
 /// What is seen of a mouth from the front: the depth of the foremost skin on a net of places.
 class FrontView {
@@ -29,9 +30,10 @@ class FrontView {
   FrontView(const Vector3d& middle, double width, double height, double step)
       : middle_(middle), step_(step), columns_(wholePart(width / step)), rows_(wholePart(height / step)) {}
 
-  /// The tallest column of places, between the quarters of the mouth, where one looks deeper than `deep` into it.
-  [[nodiscard]] double tallestGap(const VertexPositions& vertices, const std::vector<Triangle>& triangles,
-                                  double deep) const {
+  /// The tallest column of places, between the quarters of the mouth, where one looks deeper than `deep` into it, over
+  /// an edge: lips that meet, however deep they do, are one valley, without a leap of depth by `leap`.
+  [[nodiscard]] double tallestGap(const VertexPositions& vertices, const std::vector<Triangle>& triangles, double deep,
+                                  double leap) const {
     Eigen::ArrayXXd depth = Eigen::ArrayXXd::Constant(rows_, columns_, -1e30);
     for (const Triangle& t : triangles) paint(vertices, t, depth);
     const double front = depth.maxCoeff();
@@ -41,9 +43,17 @@ class FrontView {
       const double edge =
           std::min(depth.col(c).topRows(rows_ / 4).maxCoeff(), depth.col(c).bottomRows(rows_ / 4).maxCoeff());
       double gap = 0;
+      bool is_over_edge = false;
       for (Eigen::Index r = rows_ / 8; r < rows_ - rows_ / 8; ++r) {
-        gap = depth(r, c) < std::min(edge, front) - deep ? gap + step_ : 0;
-        tallest = std::max(tallest, gap);
+        if (depth(r, c) >= std::min(edge, front) - deep) {
+          gap = 0;
+          is_over_edge = false;
+          continue;
+        }
+        gap += step_;
+        for (const Eigen::Index beside : {r - 1, r + 1})
+          is_over_edge = is_over_edge || depth(beside, c) - depth(r, c) > leap;
+        if (is_over_edge) tallest = std::max(tallest, gap);
       }
     }
     return tallest;
@@ -144,7 +154,7 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
       const Vector3d middle = 0.5 * (marker("LIP_UP_MID") + marker("LIP_LO_MID"));
       const double width = (marker("LIP_CORNER_L") - marker("LIP_CORNER_R")).norm();
       const double height = 1.4 * (marker("LIP_UP_MID") - marker("LIP_LO_MID")).norm();
-      const double gap = FrontView(middle, width, height, 0.15 / mm).tallestGap(now, skin, kDeepMm / mm);
+      const double gap = FrontView(middle, width, height, 0.15 / mm).tallestGap(now, skin, kDeepMm / mm, kLeapMm / mm);
       ++trial.closures;
       trial.shut += mm * gap <= 0.5 ? 1U : 0U;
     }
