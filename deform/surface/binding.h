@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -76,9 +77,11 @@ FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const Bin
 /// (the mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two
 /// neighbours were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one
 /// side of the face's openings count as one. `held`: vertices, of each or none, that are relaxed only where they are
-/// torn themselves.
+/// torn themselves. An edge counts as `longest_edge` at most for what is within reach, so that some rings of coarse
+/// skin are.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 const std::vector<bool>& held, double reach, FaceBinding& binding);
+                 const std::vector<bool>& held, double reach, FaceBinding& binding,
+                 double longest_edge = std::numeric_limits<double>::infinity());
 
 /// The same of displacements themselves, and solved for them: of one pose.
 class SkinRelaxing {
@@ -95,7 +98,7 @@ class SkinRelaxing {
 
  private:
   friend void relaxAround(const FaceMesh&, const HeadTopology&, const std::vector<std::uint32_t>&,
-                          const std::vector<bool>&, double, FaceBinding&);
+                          const std::vector<bool>&, double, FaceBinding&, double);
   struct Data;
   std::unique_ptr<const Data> data_;
 };
@@ -114,9 +117,9 @@ struct BindingReport {
   std::size_t skin_vertices = 0;    ///< vertices of skin and lips, but for those in the mouth
   std::size_t bound_vertices = 0;   ///< moved by the control surface
   std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
-  /// The way over skin and lips from the middle of the upper lip's edge to the lower one's, over the straight way
-  /// around the nearer corner of the mouth: about 1 or more where the lips can part, about a half where they are one
-  /// surface.
+  /// The way over skin and lips, not through the mouth, from the middle of the upper lip's edge to the lower one's,
+  /// over the straight way around the nearer corner of the mouth: about 1 or more where the lips can part, about a half
+  /// where they are one surface.
   double way_between_lips = 0;
   double coverage = 0;  ///< bound share of the skin vertices in front of what the markers span (their convex hull)
   double largest_offset = 0;  ///< |d|, the mesh's unit

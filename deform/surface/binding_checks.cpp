@@ -22,12 +22,23 @@ constexpr double kClearSide = 0.03;
 
 /// BindingReport::way_between_lips.
 double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control) {
-  const auto vertexAt = [&](const char* name) -> std::optional<std::uint32_t> {
+  // On coarse lips the vertex nearest to one lip's marker may be the other's.
+  const auto vertexAt = [&](const char* name, SideBit lip) -> std::optional<std::uint32_t> {
     const int point = findPoint(control, name);
     if (point < 0) return std::nullopt;
-    return topology.nearestSkin(control.rest.row(point).transpose());
+    const Eigen::RowVector3f place = control.rest.row(point).cast<float>();
+    std::optional<std::uint32_t> nearest;
+    float least = std::numeric_limits<float>::infinity();
+    for (std::uint32_t v = 0; v < mesh.vertexCount(); ++v) {
+      if (!isSkin(topology.kinds()[v]) || (topology.forbidden()[v] & lip) != 0) continue;
+      const float off = (mesh.vertices.row(v) - place).squaredNorm();
+      if (off >= least) continue;
+      least = off;
+      nearest = v;
+    }
+    return nearest;
   };
-  const auto upper = vertexAt("LIP_UP_MID"), lower = vertexAt("LIP_LO_MID");
+  const auto upper = vertexAt("LIP_UP_MID", kUpperLip), lower = vertexAt("LIP_LO_MID", kLowerLip);
   double around = std::numeric_limits<double>::infinity();
   for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L"}) {
     const int corner = findPoint(control, name);
@@ -37,7 +48,11 @@ double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const 
                               (mesh.vertices.row(*upper) - place).norm() + (mesh.vertices.row(*lower) - place).norm());
   }
   if (!std::isfinite(around) || around == 0) return std::numeric_limits<double>::infinity();
-  const auto reach = topology.reachFrom({*upper}, [&](std::uint32_t v) { return isSkin(topology.kinds()[v]); });
+  // The way through a shallow bag says nothing of lips that are two.
+  const auto is_outside = [&](std::uint32_t v) {
+    return isSkin(topology.kinds()[v]) && (v == *lower || !topology.isInMouth(v));
+  };
+  const auto reach = topology.reachFrom({*upper}, is_outside);
   return reach.distance[*lower] / around;
 }
 

@@ -47,8 +47,8 @@ struct Knots {
     }
   }
 
-  /// Which knots are within `reach` of `seeds`, over those where `may_pass` holds.
-  [[nodiscard]] std::vector<bool> within(const std::vector<std::uint32_t>& seeds, double reach,
+  /// Which knots are within `reach` of `seeds`, over those where `may_pass` holds; an edge counts as `longest` at most.
+  [[nodiscard]] std::vector<bool> within(const std::vector<std::uint32_t>& seeds, double reach, double longest,
                                          const std::vector<bool>& may_pass) const {
     std::vector<double> way(of.size(), std::numeric_limits<double>::infinity());
     std::vector<bool> is_in(of.size(), false);
@@ -66,7 +66,7 @@ struct Knots {
       queue.pop_back();
       if (is_in[v]) continue;
       is_in[v] = true;
-      for (const auto& [next, length] : beside[v]) offer(next, way[v] + length);
+      for (const auto& [next, length] : beside[v]) offer(next, way[v] + std::min(length, longest));
     }
     return is_in;
   }
@@ -104,12 +104,13 @@ struct SkinRelaxing::Data {
   bool is_solved = false;
 
   Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-       const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach);
+       const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach, double longest_edge);
 };
 
 /// `also`: vertices that are relaxed whatever is said of them.
 SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                         const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach) {
+                         const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach,
+                         double longest_edge) {
   const std::vector<PartKind>& kinds = topology.kinds();
   const Knots knots(mesh, topology.forbidden(), kinds);
   knot_of = knots.of;
@@ -118,7 +119,7 @@ SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, con
   for (std::size_t v = 0; v < kinds.size(); ++v)
     may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside || kinds[v] == PartKind::kUpperTeeth ||
                    kinds[v] == PartKind::kLowerTeeth;
-  std::vector<bool> is_in = knots.within(torn, reach, may_relax);
+  std::vector<bool> is_in = knots.within(torn, reach, longest_edge, may_relax);
   for (std::uint32_t v = 0; v < held.size(); ++v) {
     if (held[v]) is_in[knots.of[v]] = false;
   }
@@ -161,7 +162,8 @@ SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, con
 
 SkinRelaxing::SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                            const std::vector<bool>& held, double reach)
-    : data_(std::make_unique<const Data>(mesh, topology, torn, std::vector<std::uint32_t>(), held, reach)) {}
+    : data_(std::make_unique<const Data>(mesh, topology, torn, std::vector<std::uint32_t>(), held, reach,
+                                         std::numeric_limits<double>::infinity())) {}
 SkinRelaxing::SkinRelaxing(SkinRelaxing&&) noexcept = default;
 SkinRelaxing& SkinRelaxing::operator=(SkinRelaxing&&) noexcept = default;
 SkinRelaxing::~SkinRelaxing() = default;
@@ -178,8 +180,8 @@ void SkinRelaxing::relax(VertexPositions& moves) const {
 }
 
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 const std::vector<bool>& held, double reach, FaceBinding& binding) {
-  const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach);
+                 const std::vector<bool>& held, double reach, FaceBinding& binding, double longest_edge) {
+  const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach, longest_edge);
   if (!system.is_solved) return;
   const Eigen::MatrixXf shares = system.solver.solve(Eigen::MatrixXd(system.from_rim)).cast<float>();
   if (!shares.allFinite()) return;

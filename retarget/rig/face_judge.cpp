@@ -177,7 +177,7 @@ void Summary::tellOfSkin(const WorstRows& worst, FaceJudgement& found) const {
          head_.trianglesAt(longest.stretched), worst.ratio);
   if (found.edge_growth_mm > limitNamed("stretch"))
     tell(found, "stretch",
-         head_.edgeText(most_grown.growth.item, fmt::format("{:.1f} mm longer", found.edge_growth_mm)),
+         head_.edgeText(most_grown.growth.item, fmt::format("{:.1f} mm longer", most_grown.growth_mm)),
          head_.trianglesAt(most_grown.stretched), worst.growth);
   if (found.turned_over_mm2 > limitNamed("triangles turned over"))
     tell(found, "triangles turned over",

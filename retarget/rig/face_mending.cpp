@@ -1,6 +1,7 @@
 // How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/bezier_deformation.md tells why.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -22,6 +23,7 @@ constexpr double kRims = 0.06;         ///< so near to the line between the lips
 constexpr double kMostPressed = 0.03;  ///< lips are pressed together by no more in all
 constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
+constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long at most, so that some are within that
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
 constexpr std::size_t kRounds = 8;  ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
@@ -84,12 +86,14 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
     std::optional<LipLevelling::Options> levels = {};
     bool holds_apart = false;
     bool meets = false;
+    bool is_coarse = false;
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
   std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
   std::optional<bool> is_of_lips;                            // what relaxing and pressing leave
   for (const Way& way : {Way{true},
                          {false},
+                         {true, {}, false, false, true},
                          {true, {}, false, true},
                          {false, {}, false, true},
                          {true, LipLevelling::Options{}, false, true},
@@ -124,7 +128,8 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       if (levelling) last.left_open.fill(0);
       if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
         press(last, mouth_width, overlap, binding.pressed);
-      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
+      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding,
+                  (way.is_coarse ? kCoarseEdge : std::numeric_limits<double>::infinity()) * mouth_width);
       tried.binding = binding;
       const auto same = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == binding; });
       if (levelling || same == known.end()) take();

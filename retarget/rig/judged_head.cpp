@@ -16,7 +16,10 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
-constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
+/// An edge may grow by as much of its length where that is more than the limit, up to so many times the limit: the skin
+/// along a long edge of a coarse head would be many edges of a finer one, and each would grow by a part of it.
+constexpr double kLongGrowth = 0.8, kMostLongGrowth = 1.2;
+constexpr double kLeastStepMm = 1;      ///< a marker's step counts as so long at least
 constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
 constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
 constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
@@ -157,7 +160,11 @@ void JudgedHead::lookAtEdges(const VertexPositions& now, PoseSeen& seen) const {
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const Edge& edge = edges_[i];
     const float length = (now.row(edge.from) - now.row(edge.to)).norm();
-    const double growth = mm_ * double{length - edge.length};
+    const double growth_mm = mm_ * double{length - edge.length};
+    const double allowed =
+        std::clamp(kLongGrowth * mm_ * double{edge.length}, most_growth, kMostLongGrowth * most_growth);
+    const double growth = growth_mm * most_growth / allowed;
+    if (growth > seen.growth.value) seen.growth_mm = growth_mm;
     const double ratio = double{std::max(length, least) / std::max(edge.length, least)};
     seen.growth.take(growth, i);
     seen.ratio.take(ratio, i);

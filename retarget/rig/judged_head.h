@@ -27,7 +27,7 @@ struct PoseSeen {
   LipContact contact;  ///< the mesh's unit
   bool is_measured = false;
   WorstSeen ratio, growth, jump;  ///< items: edges, edges, vertices
-  double jump_mm = 0, turned_mm2 = 0;
+  double growth_mm = 0, jump_mm = 0, turned_mm2 = 0;
   std::vector<std::uint32_t> turned, stretched, jumped, torn;
   double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
 };

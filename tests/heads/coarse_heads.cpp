@@ -30,6 +30,7 @@ using Vertex = SkinSurface::Vertex_index;
 using IsRim = SkinSurface::Property_map<SkinSurface::Edge_index, bool>;
 
 constexpr double kRestsOpenMm = 0.5;
+constexpr std::size_t kLeastRimEdges = 6;
 constexpr double kFinerAtMouth = 3000;  ///< times what a collapse costs elsewhere
 constexpr double kMouthReach = 0.55;    ///< mouth widths from its middle where cost has fallen to 0.61 of that
 
@@ -312,10 +313,13 @@ std::optional<ClickedHead> coarseHead(const ClickedHead& head, unsigned seed) {
   Chance chance(seed);
   ClickedHead made = head;
   shape(made, chance);
+  setScale(made);
   const std::array<std::size_t, 3> faces{500, 1000, 2000};
-  const auto edges = static_cast<std::size_t>(chance.number(7, 16));
-  std::optional<ClickedHead> coarse =
-      coarsened(made, {.faces = faces[seed % faces.size()], .rim_edges = edges, .has_bag = !chance.happens(1.0 / 3)});
+  const auto most_edges = static_cast<std::size_t>(chance.number(7, 16));
+  CoarseHead as{.faces = faces[seed % faces.size()], .rim_edges = most_edges, .has_bag = !chance.happens(1.0 / 3)};
+  // A head may have no more vertices itself.
+  std::optional<ClickedHead> coarse;
+  for (; !coarse && as.rim_edges >= kLeastRimEdges; --as.rim_edges) coarse = coarsened(made, as);
   if (!coarse) return coarse;
   coarse->name = fmt::format("{} coarse {}", head.name, seed);
   jitter(*coarse, chance);

@@ -19,7 +19,8 @@ struct CoarseHead {
 std::optional<ClickedHead> coarsened(const ClickedHead& head, const CoarseHead& as);
 
 /// A coarse head by chance: proportions as those of `variedHead`, 500, 1,000 or 2,000 faces (in turn, by `seed`), 7 to
-/// 15 edges a rim, every third a hole for a mouth, ten clicks up to 2 mm beside their places.
+/// 15 edges a rim (fewer where the head has no more itself), every third a hole for a mouth, ten clicks up to 2 mm
+/// beside their places.
 std::optional<ClickedHead> coarseHead(const ClickedHead& head, unsigned seed);
 
 }  // namespace mouthpiece::test

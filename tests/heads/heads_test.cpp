@@ -10,6 +10,7 @@
 #include "deform/mesh/skin_layers.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
+#include "heads/coarse_heads.h"
 #include "heads/mouth_trial.h"
 #include "motion/lip_gauge.h"
 #include "programs/retarget/commands.h"
@@ -273,6 +274,28 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   EXPECT_EQ(trial.faults, "") << head.name << ": " << head.changes;
   EXPECT_FALSE(trial.isTorn()) << head.name << ": edge +" << trial.edge_growth_mm << " mm, jump " << trial.jump_mm
                                << " mm, " << trial.shut << " of " << trial.closures << " shut; " << head.changes;
+  EXPECT_GT(trial.closures, 0U);
+  std::filesystem::remove_all(folder);
+}
+
+/// Heads as a game's artist makes them: a mouth-wide edge that grows a little, a fold of coarse skin, and lips with a
+/// vertex a centimetre.
+class CoarseHeads : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 13U, 38U));
+
+TEST_P(CoarseHeads, FitByTenClicksAndDoNotTear) {
+  const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (heads.size() < 9) GTEST_SKIP() << "../shared/faces is not here";
+  const std::optional<ClickedHead> head = coarseHead(heads[GetParam() / 3 % heads.size()], GetParam());
+  ASSERT_TRUE(head);
+  EXPECT_LT(head->mesh.triangles.size(), 2000U);
+  const auto folder = std::filesystem::path(::testing::TempDir()) / ("coarse_" + std::to_string(GetParam()));
+  static const JudgedPoses poses = judgedPoses(clockCorpus());
+  const MouthTrial trial = tryMouth(*head, clockCorpus(), poses, GetParam(), folder);
+  EXPECT_EQ(trial.refused, "") << head->name << ": " << head->changes;
+  EXPECT_EQ(trial.faults, "") << head->name << ": " << head->changes;
+  EXPECT_FALSE(trial.isTorn()) << head->name << ": edge +" << trial.edge_growth_mm << " mm, jump " << trial.jump_mm
+                               << " mm, " << trial.shut << " of " << trial.closures << " shut";
   EXPECT_GT(trial.closures, 0U);
   std::filesystem::remove_all(folder);
 }

@@ -285,6 +285,24 @@ TEST(Binding, ChecksRowsOfRelaxedSkin) {
             in + "weights of 1.25 in a relaxed row; expected 1 at most");
 }
 
+/// Skin whose edges are longer than the reach is relaxed in rings where they count as shorter.
+TEST(Relaxing, ReachesOverLongEdgesThatCountAsShort) {
+  const FaceMesh& mesh = sampleFace().mesh;
+  std::uint32_t torn = 0;
+  while (sampleBinding().patch[torn] < 0 || sampleBinding().skin_weight[torn] < 1) ++torn;
+  const HeadTopology topology(mesh, openingsOf(sampleControl()));
+  const double reach = 1e-3 * sampleControl().mouth_width;
+  const auto relaxedWithin = [&](double longest) {
+    FaceBinding binding = sampleBinding();
+    relaxAround(mesh, topology, {torn}, {}, reach, binding, longest);
+    return binding.relaxed.vertices;
+  };
+  EXPECT_EQ(relaxedWithin(std::numeric_limits<double>::infinity()), std::vector<std::uint32_t>{torn});
+  const std::vector<std::uint32_t> one_ring = relaxedWithin(0.6 * reach), two_rings = relaxedWithin(0.4 * reach);
+  EXPECT_GT(one_ring.size(), 3U);
+  EXPECT_GT(two_rings.size(), one_ring.size() + 3);
+}
+
 TEST(Relaxing, SpreadsWhatWasTornApart) {
   const FaceMesh& mesh = sampleFace().mesh;
   FaceBinding binding = sampleBinding();
