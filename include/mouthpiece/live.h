@@ -46,6 +46,7 @@ struct MOUTHPIECE_API LiveCounts {
   std::size_t restarts = 0;          ///< chunks were late for so long that their clock was taken anew
   std::size_t unusable_samples = 0;  ///< not numbers, or beyond [-1, 1]: heard as silence, or clipped
   Seconds missing = 0;               ///< how long the gaps were
+  std::size_t words_missed = 0;  ///< hearings of words that failed or took too long: phones are heard in their stead
 };
 
 /// Frames of a line while it is being said: sound, or phones or words with their times, are pushed as they come, and

@@ -323,7 +323,8 @@ AnsweringChild::AnsweringChild(const fs::path& program, const std::vector<std::s
 
 AnsweringChild::~AnsweringChild() = default;
 
-std::string AnsweringChild::ask(std::string_view request, Seconds time_limit) {
+std::string AnsweringChild::ask(std::string_view request, Seconds time_limit, const std::stop_token& stop) {
+  constexpr int kLooksForStop = 50;  // ms
   Running& child = *running_;
   const auto deadline = deadlineIn(time_limit);
   const auto failed = [&] {
@@ -333,10 +334,13 @@ std::string AnsweringChild::ask(std::string_view request, Seconds time_limit) {
   child.answer.clear();
   while (!child.answer.ends_with('\n')) {
     if (Clock::now() >= deadline) throw InputError(child.name, "", "hung");
+    if (stop.stop_requested()) throw InputError(child.name, "", "was given up");
+    const int until =
+        stop.stop_possible() ? std::min(kLooksForStop, millisecondsUntil(deadline)) : millisecondsUntil(deadline);
     std::array<pollfd, 3> waiting{{{child.answers.ours.number(), POLLIN, 0},
                                    {child.output.ours.number(), POLLIN, 0},
                                    {request.empty() ? -1 : child.input.ours.number(), POLLOUT, 0}}};
-    if (::poll(waiting.data(), waiting.size(), millisecondsUntil(deadline)) <= 0) continue;
+    if (::poll(waiting.data(), waiting.size(), until) <= 0) continue;
     if (waiting[2].revents != 0) {
       const ssize_t sent =
           ::send(child.input.ours.number(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,8 +63,8 @@ class AnsweringChild {
   ~AnsweringChild();
 
   /// The line that answers `request`, without its end. Throws InputError where it has ended, says more than 1 MiB, or
-  /// takes longer than `time_limit`; it is of no use after that.
-  std::string ask(std::string_view request, Seconds time_limit);
+  /// takes longer than `time_limit`, or until `stop`; it is of no use after that.
+  std::string ask(std::string_view request, Seconds time_limit, const std::stop_token& stop = {});
 
  private:
   struct Running;

@@ -7,6 +7,7 @@
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
 #include "mouthpiece/live.h"
+#include "mouthpiece/speaker.h"
 #include "phonetics/text/lexicon.h"
 #include "synthesis/synthesis.h"
 
@@ -23,6 +24,7 @@ struct LiveSetup {
   std::optional<double> rate;
   std::optional<Lexicon> lexicon;
   const Language* language;
+  SpeakerOptions::Hear hear = SpeakerOptions::Hear::kAuto;
 };
 
 /// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced.

@@ -17,6 +17,7 @@
 #include "phonetics/labels/phone_lengths.h"
 #include "speaker/live_parts.h"
 #include "speaker/live_setup.h"
+#include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/live_motion.h"
 #include "voices/voice.h"
@@ -57,6 +58,7 @@ struct LiveStream::Data {
   void makePronouncer();
   std::vector<PhoneSegment> phonesOfWord(std::string_view word, const TimeSpan& span);
   void makeEar();
+  [[nodiscard]] std::optional<LiveWords> wordsToHear() const;
   void expectOpen(bool is_sound);
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
@@ -125,7 +127,21 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
 void LiveStream::Data::makeEar() {
   std::vector<LabelledSound> speaker;
   if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
-  ear = std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead);
+  ear = std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear());
+}
+
+/// Where they help, unless they are not wanted. An ear that knows the speaker hears phones better.
+std::optional<LiveWords> LiveStream::Data::wordsToHear() const {
+  using Hear = SpeakerOptions::Hear;
+  const bool is_english = setup.language == &english();
+  const bool are_helpful = is_english && !options.own_voice && options.look_ahead >= LiveEar::kWordsHelpFrom;
+  if (setup.hear == Hear::kPhones || (setup.hear == Hear::kAuto && !are_helpful)) return std::nullopt;
+  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
+  if (is_english && network->isThere())
+    return LiveWords(network, setup.lexicon ? &*setup.lexicon : nullptr, *setup.language);
+  if (setup.hear == Hear::kWords)
+    throw InputError("found no way to hear words while they are said; expected English, Node and its word network");
+  return std::nullopt;
 }
 
 void LiveStream::Data::makeOwnVoice() {
@@ -224,6 +240,10 @@ void LiveStream::Data::hearWhole() {
     std::transform(waiting.begin() + signedIndex(at), waiting.begin() + signedIndex(at + LiveEar::kHop), hop.begin(),
                    [](float sample) { return static_cast<std::int16_t>(std::lrint(32767.0F * sample)); });
     for (const PhoneSegment& phone : ear->hear(hop)) motion.say(phone);
+    if (ear->missedWords() > 0) {
+      const std::scoped_lock lock(mutex);
+      counts.words_missed = ear->missedWords();
+    }
     ++hops;
     makeFrames(asReal(hops) * kHearingHop, ear->guess());
   }

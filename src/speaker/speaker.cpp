@@ -368,7 +368,7 @@ FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(
 
 LiveStream Speaker::live(const LiveOptions& options) const {
   return makeLiveStream({data_->corpus, data_->face, data_->synthesis, data_->options.voice, data_->options.rate,
-                         data_->lexicon, data_->language},
+                         data_->lexicon, data_->language, data_->options.hear},
                         options);
 }
 

@@ -1,6 +1,17 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 namespace mouthpiece {
+
+/// A word is neither believed nor doubted further than by these odds.
+inline constexpr double kLeastBelieved = 1e-4;
+/// The logarithm of the odds of a word as a transcript's, whose confidence is given.
+inline double oddsOfConfidence(double confidence) {
+  const double held = std::clamp(confidence, kLeastBelieved, 1 - kLeastBelieved);
+  return std::log(held / (1 - held));
+}
 
 /// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
 /// Words of the language model: by how far they are believed and how many rivals each has in the mean. A corpus' words
@@ -24,5 +35,7 @@ inline constexpr double kWordDoubted = 0.405;  // 1.5 to 1
 /// Words of the network that are more likely wrong than the first tell less than phones. An ear that knows the speaker
 /// hears phones better than words that are more likely wrong than the second.
 inline constexpr double kNetworkUnlikely = 3, kNetworkTrusted = -1;
+/// While it is being said a word of the network that is more likely wrong tells less than phones.
+inline constexpr double kLiveWordUnlikely = 1;
 
 }  // namespace mouthpiece

@@ -17,6 +17,8 @@ constexpr std::size_t kLevelFrame = 160;  // 10 ms
 /// A phone that ended so many frames ago is settled, or as many as the look-ahead has but for those that its last
 /// phones take: later sound changes little (docs/theory/hearing/recognition.md).
 constexpr std::size_t kSettles = 30, kMostSettles = 100, kLastPhones = 20;
+/// What a word says counts so much against what is heard without it.
+constexpr float kLiveWordWeight = 0.8F;
 /// With a shorter look-ahead frames of a learnt speaker are shown before they are heard again: 56 ms until a frame is
 /// heard, 120 for what follows it, 160 from one time to the next.
 constexpr Seconds kHeardAgainWithin = 0.34;
@@ -94,8 +96,10 @@ class LoudFrames {
 }  // namespace
 
 struct LiveEar::State {
-  State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead)
+  State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
+        std::optional<LiveWords> of_words)
       : ear(language),
+        words(std::move(of_words)),
         settles(std::clamp(static_cast<std::size_t>(look_ahead / kEarStep), kSettles + kLastPhones,
                            kMostSettles + kLastPhones) -
                 kLastPhones),
@@ -105,10 +109,13 @@ struct LiveEar::State {
 
   void hearFrames(std::span<const std::int16_t> samples);
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
+  void putWords(Eigen::MatrixXf& posteriors) const;
   std::vector<PhoneSegment> settle();
 
   PhoneEar ear;
-  std::size_t settles;  ///< frames
+  std::optional<LiveWords> words;
+  std::vector<PhoneSegment> word_phones;  ///< of the words that were found last
+  std::size_t settles;                    ///< frames
   bool hears_again;
   Eigen::MatrixXf likeness = lipLikeness();
   LoudFrames loud;
@@ -118,12 +125,14 @@ struct LiveEar::State {
   std::vector<PhoneSegment> guess;
 };
 
-LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead)
-    : state_(std::make_unique<State>(language, speaker, look_ahead)) {}
+LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
+                 std::optional<LiveWords> words)
+    : state_(std::make_unique<State>(language, speaker, look_ahead, std::move(words))) {}
 LiveEar::~LiveEar() = default;
 LiveEar::LiveEar(LiveEar&&) noexcept = default;
 LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;
 const std::vector<PhoneSegment>& LiveEar::guess() const { return state_->guess; }
+std::size_t LiveEar::missedWords() const { return state_->words ? state_->words->missed() : 0; }
 
 void LiveEar::State::hearFrames(std::span<const std::int16_t> samples) {
   for (std::size_t at = 0; at < samples.size(); at += kLevelFrame) loud.add(samples.subspan(at, kLevelFrame));
@@ -141,6 +150,21 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples) {
     column.setZero();
     column(static_cast<Eigen::Index>(Phone::kSil)) = 1;
   }
+  if (!words) return;
+  if (auto found = words->hear(samples, loud.isSpeech(frames))) word_phones = std::move(*found);
+}
+
+/// `posteriors`: of the open frames.
+void LiveEar::State::putWords(Eigen::MatrixXf& posteriors) const {
+  const auto openFrame = [&](Seconds time) {
+    const Eigen::Index frame = std::lround((time - kEarShift) / kEarStep) - signedIndex(settled);
+    return std::clamp<Eigen::Index>(frame, 0, posteriors.cols());
+  };
+  for (const PhoneSegment& phone : word_phones) {
+    const Eigen::Index first = openFrame(phone.span.start), count = openFrame(phone.span.end) - first;
+    posteriors.middleCols(first, count) *= 1 - kLiveWordWeight;
+    posteriors.row(static_cast<Eigen::Index>(phone.phone)).segment(first, count).array() += kLiveWordWeight;
+  }
 }
 
 PhoneSegment LiveEar::State::segmentOf(Phone phone, std::size_t first, std::size_t end) const {
@@ -156,6 +180,7 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   if (open.empty()) return made;
   Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
   for (std::size_t i = 0; i < open.size(); ++i) posteriors.col(signedIndex(i)) = open[i];
+  putWords(posteriors);
   std::vector<HeardPhone> path = likeliestPhones(posteriors, likeness, kFurtherPhone);
   if (path.empty()) return made;
   std::size_t done = 0, next = 0;

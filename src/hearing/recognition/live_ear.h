@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/live_words.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/language/language.h"
 
@@ -17,12 +19,15 @@ class LiveEar {
  public:
   static constexpr int kRateHz = 16000;
   /// Samples that are heard at once: 40 ms.
-  static constexpr std::size_t kHop = 640;
+  static constexpr std::size_t kHop = LiveWords::kHop;
+  /// With a shorter look-ahead words are found too late.
+  static constexpr Seconds kWordsHelpFrom = 0.7;
 
   /// `speaker`: sounds of the person who will speak (PhoneEar::learn). `look_ahead`: so long phones may wait until they
-  /// are settled. Throws InputError without an acoustic model.
+  /// are settled. `words`: what they say counts with what is heard without them; they help from kWordsHelpFrom on.
+  /// Throws InputError without an acoustic model.
   explicit LiveEar(const Language& language = english(), std::span<const LabelledSound> speaker = {},
-                   Seconds look_ahead = 0);
+                   Seconds look_ahead = 0, std::optional<LiveWords> words = std::nullopt);
   ~LiveEar();
   LiveEar(LiveEar&&) noexcept;
   LiveEar& operator=(LiveEar&&) noexcept;
@@ -32,6 +37,8 @@ class LiveEar {
   std::vector<PhoneSegment> hear(std::span<const std::int16_t> samples);
   /// What has likely been said since the last settled one, up to about 60 ms ago.
   [[nodiscard]] const std::vector<PhoneSegment>& guess() const;
+  /// LiveWords::missed(), where there are words.
+  [[nodiscard]] std::size_t missedWords() const;
 
  private:
   struct State;

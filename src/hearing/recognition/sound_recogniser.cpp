@@ -40,8 +40,6 @@ constexpr double kWordsAgainstPhones = 0.85;
 constexpr double kWordsBelieved = 3.0;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
-/// A word is neither believed nor doubted further than by these odds.
-constexpr double kLeastBelieved = 1e-4;
 /// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
 constexpr double kLeastInOrder = 0.8;
 /// Where a network's words are in less of such order, the lines are not looked for.
@@ -50,12 +48,6 @@ constexpr double kLeastNearOrder = 0.15;
 constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
 /// What it gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
 constexpr Seconds kMargin = 0.2;
-
-/// The logarithm of the odds of a word as a transcript's.
-double oddsOf(double confidence) {
-  const double held = std::clamp(confidence, kLeastBelieved, 1 - kLeastBelieved);
-  return std::log(held / (1 - held));
-}
 
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
@@ -179,7 +171,7 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(std::string_view text, const 
   }
   for (const double line : heard.alignment.line_confidence) heard.believed = std::min(heard.believed, line);
   for (const double word : heard.alignment.confidence)
-    heard.word_odds += oddsOf(word) / asReal(heard.alignment.confidence.size());
+    heard.word_odds += oddsOfConfidence(word) / asReal(heard.alignment.confidence.size());
   double time = 0;
   for (const LabelledPhone& phone : heard.alignment.labels.phones) {
     heard.fits.push_back(stretch.hearing.fitOf(phone.phone, phone.span));
@@ -339,7 +331,7 @@ std::optional<ModelWords> SoundRecogniser::wordsBySearch(const Stretch& stretch)
   words.odds = oddsOfModelWords(words.heard.word_odds, rivals);
   const std::vector<double>& confidence = words.heard.alignment.confidence;
   for (std::size_t i = 0; i < confidence.size() && confidence.size() == found.rivals.size(); ++i)
-    words.word_odds.push_back(oddsOfModelWord(oddsOf(confidence[i]), found.rivals[i]));
+    words.word_odds.push_back(oddsOfModelWord(oddsOfConfidence(confidence[i]), found.rivals[i]));
   return words;
 }
 
@@ -353,7 +345,7 @@ std::optional<ModelWords> SoundRecogniser::wordsByNetwork(const std::vector<Netw
   found.odds = oddsOfNetworkWords(found.heard.word_odds, sure);
   const std::vector<double>& confidence = found.heard.alignment.confidence;
   for (std::size_t i = 0; i < confidence.size() && confidence.size() == words.size(); ++i)
-    found.word_odds.push_back(oddsOfNetworkWord(oddsOf(confidence[i]), words[i].log_probability));
+    found.word_odds.push_back(oddsOfNetworkWord(oddsOfConfidence(confidence[i]), words[i].log_probability));
   return found;
 }
 

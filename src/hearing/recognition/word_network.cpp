@@ -72,13 +72,14 @@ class WordNetwork::Asking {
 
   /// What `parse` makes of the line of JSON that answers a sound. `text`: its words, or nothing.
   template <typename Parse>
-  auto answerTo(std::span<const std::int16_t> sound, std::string_view text, Parse parse) {
+  auto answerTo(std::span<const std::int16_t> sound, std::string_view text, Parse parse,
+                const std::stop_token& stop = {}) {
     const std::array<std::uint32_t, 2> head{static_cast<std::uint32_t>(sound.size()),
                                             static_cast<std::uint32_t>(text.size())};
     std::string request(bytesOf(std::span<const std::uint32_t>(head)));
     request.append(bytesOf(sound)).append(text);
     is_well_ = false;
-    auto parsed = parse(child_->ask(request, kStartLimit + kSoundLimit * asReal(sound.size()) / kRateHz));
+    auto parsed = parse(child_->ask(request, kStartLimit + kSoundLimit * asReal(sound.size()) / kRateHz, stop));
     is_well_ = true;
     return parsed;
   }
@@ -107,10 +108,11 @@ bool WordNetwork::isThere() const {
          findProgram(kProgram).has_value();
 }
 
-std::vector<std::vector<NetworkWord>> WordNetwork::hear(std::span<const std::span<const std::int16_t>> sounds) {
+std::vector<std::vector<NetworkWord>> WordNetwork::hear(std::span<const std::span<const std::int16_t>> sounds,
+                                                        const std::stop_token& stop) {
   Asking asking(*this);
   std::vector<std::vector<NetworkWord>> words;
-  for (const auto sound : sounds) words.push_back(asking.answerTo(sound, "", parseWords));
+  for (const auto sound : sounds) words.push_back(asking.answerTo(sound, "", parseWords, stop));
   return words;
 }
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <semaphore>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -39,8 +40,9 @@ class WordNetwork {
   [[nodiscard]] bool isThere() const;
 
   /// The words of each of `sounds`, 16 kHz, a minute each at most; none for one of which it makes no words. Throws
-  /// InputError where it cannot.
-  std::vector<std::vector<NetworkWord>> hear(std::span<const std::span<const std::int16_t>> sounds);
+  /// InputError where it cannot, or on `stop`.
+  std::vector<std::vector<NetworkWord>> hear(std::span<const std::span<const std::int16_t>> sounds,
+                                             const std::stop_token& stop = {});
 
   /// Of each of `sounds`, as above, the words of its text, none of them empty or with a blank in it, and last, that
   /// nothing follows them; none where the sound is too short. Throws the same.

@@ -266,13 +266,18 @@ void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
 }
 
 void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
+  if (counts.words_missed > 0)
+    printNotice(fmt::format("warning: words were not heard {} times in which the network failed or took too long; "
+                            "phones were heard there",
+                            counts.words_missed),
+                options.quiet);
   if (options.quiet && !options.json) return;
   if (options.json) {
     const nlohmann::json facts{{"frames", counts.frames},     {"frames_at_rest", counts.frames_at_rest},
                                {"chunks", counts.chunks},     {"dropped", counts.dropped},
                                {"late", counts.late},         {"doubled", counts.doubled},
                                {"restarts", counts.restarts}, {"unusable_samples", counts.unusable_samples},
-                               {"missing_s", counts.missing}};
+                               {"missing_s", counts.missing}, {"words_missed", counts.words_missed}};
     std::fputs((facts.dump() + "\n").c_str(), stderr);
     return;
   }

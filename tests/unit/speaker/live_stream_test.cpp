@@ -222,6 +222,26 @@ TEST_F(Live, SoundAloneOpensTheMouthAsTheRecordingHeardAsPhonesDoes) {
   EXPECT_GT(correlation(openings(at_48.markers_mm), whole), 0.7);
 }
 
+TEST_F(Live, HearsWordsWhereTheLookAheadIsLongUnlessPhonesAreWanted) {
+  constexpr std::size_t kSamples = 24000;
+  const auto heardBy = [&](SpeakerOptions::Hear hear, Seconds look_ahead) {
+    SpeakerOptions options = optionsOf(false);
+    options.hear = hear;
+    LiveStream stream = Speaker(options).live({.look_ahead = look_ahead});
+    stream.push(std::span(sound()).first(kSamples));
+    stream.finish();
+    EXPECT_EQ(stream.counts().words_missed, 0U);
+    Pulled pulled;
+    pulled.addAll(stream);
+    return pulled;
+  };
+  using Hear = SpeakerOptions::Hear;
+  EXPECT_EQ(heardBy(Hear::kAuto, 0.2), heardBy(Hear::kPhones, 0.2));
+  const Pulled by_words = heardBy(Hear::kAuto, 1);
+  EXPECT_EQ(by_words.frames, heardBy(Hear::kPhones, 1).frames);
+  EXPECT_NE(by_words, heardBy(Hear::kPhones, 1));
+}
+
 TEST_F(Live, WithoutArkitsWeightsMarkersAreTheSame) {
   std::array<Pulled, 2> pulled;
   for (const bool arkit : {false, true}) {

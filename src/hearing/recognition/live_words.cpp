@@ -1,0 +1,238 @@
+#include "hearing/recognition/live_words.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/hearing_odds.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr int kPhraseRateHz = 16000;
+/// In hops: a phrase is heard so often, first when so much of it was said; what is found is due so much later.
+constexpr std::size_t kHeardEvery = 6, kFirstHeard = 8, kDue = 5;
+/// A phrase is heard once more when nothing was said for so long, and over when nothing was for longer.
+constexpr std::size_t kHeardLast = 2, kPhraseEnds = 15;
+/// So much of what lies before a phrase is heard with it. A longer one is cut where a word ends, near its middle.
+constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 100;
+/// A word that ends nearer to the newest sound may not have ended.
+constexpr Seconds kMayGoOn = 0.2;
+/// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard.
+constexpr std::chrono::milliseconds kLatest{1000}, kLatestStart{10000};
+constexpr std::size_t kMostMissedInARow = 3;
+
+/// What was said since a pause.
+struct Phrase {
+  std::vector<std::int16_t> samples;
+  Seconds start = 0;  ///< on the clock of the whole sound
+  bool is_over = false;
+};
+
+/// Hears whole phrases.
+class PhraseHearing {
+ public:
+  PhraseHearing(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
+      : network_(std::move(network)), pronouncer_(lexicon, language), aligner_(std::filesystem::path(), language) {}
+
+  /// Returns when the network has started.
+  void start(const std::stop_token& stop) {
+    const std::array<std::span<const std::int16_t>, 1> nothing{};
+    network_->hear(nothing, stop);
+  }
+  /// Phones of the words that likely are right and have ended. Throws InputError where the network fails.
+  std::vector<PhoneSegment> phonesIn(const Phrase& phrase, const std::stop_token& stop);
+
+ private:
+  std::shared_ptr<WordNetwork> network_;
+  Pronouncer pronouncer_;
+  ForcedAligner aligner_;
+};
+
+std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const std::stop_token& stop) {
+  const std::array<std::span<const std::int16_t>, 1> sound{phrase.samples};
+  const std::vector<NetworkWord> words = network_->hear(sound, stop).front();
+  std::string text;
+  double sure = 0;
+  for (const NetworkWord& word : words) {
+    text += (text.empty() ? "" : " ") + word.text;
+    sure += word.log_probability / asReal(words.size());
+  }
+  std::vector<PhoneSegment> phones;
+  if (text.empty()) return phones;
+  AudioClip clip{kPhraseRateHz, {}};
+  for (const std::int16_t sample : phrase.samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
+  ForcedAlignment alignment;
+  try {
+    alignment = aligner_.align(clip, pronouncer_.wordsOf(text), "phrase");
+  } catch (const InputError&) {  // the phrase is too short for them
+    return phones;
+  }
+  const SpeechLabels& labels = alignment.labels;
+  const Seconds ended = phrase.is_over ? labels.duration() : labels.duration() - kMayGoOn;
+  for (std::size_t i = 0; i < labels.words.size(); ++i) {
+    const PhoneRange of_word = labels.words[i].phones;
+    // A word that is written as several is aligned as these.
+    const double word_sure = words.size() == labels.words.size() ? words[i].log_probability : sure;
+    const double odds = oddsOfNetworkWord(oddsOfConfidence(alignment.confidence[i]), word_sure);
+    if (odds >= kLiveWordUnlikely || labels.spanOf(of_word).end > ended) continue;
+    for (std::size_t k = of_word.first.value; k <= of_word.last.value; ++k) {
+      const TimeSpan& span = labels.phones[k].span;
+      phones.push_back(
+          {.phone = labels.phones[k].phone, .span = {span.start + phrase.start, span.end + phrase.start}, .word = i});
+    }
+  }
+  return phones;
+}
+
+}  // namespace
+
+struct LiveWords::State {
+  State(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
+      : hearing(std::move(network), lexicon, language), worker([this](const std::stop_token& stop) { work(stop); }) {}
+
+  void work(const std::stop_token& stop);
+  void take(std::span<const std::int16_t> samples, bool is_speech);
+  void shorten();
+  [[nodiscard]] bool wantsHearing() const;
+  void ask();
+  std::optional<std::vector<PhoneSegment>> found(std::chrono::milliseconds latest);
+  void miss() {
+    ++missed;
+    ++missed_in_a_row;
+  }
+
+  // Of the thread that pushes; in hops.
+  std::vector<std::int16_t> phrase;
+  std::size_t hops = 0;    ///< of the sound
+  std::size_t spoken = 0;  ///< of the phrase
+  std::size_t quiet = 0;   ///< since something was said
+  std::size_t since_asked = 0;
+  bool was_heard_last = false;
+  std::optional<std::size_t> due;  ///< when what is asked for is
+  std::vector<Seconds> word_ends;  ///< as they were found last
+  std::size_t missed = 0, missed_in_a_row = 0;
+
+  // Between the threads.
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  bool is_busy = true;  ///< the network starts, or hears
+  std::optional<Phrase> asked;
+  std::optional<std::vector<PhoneSegment>> answer;  ///< nothing where it failed
+
+  // Of the other thread.
+  PhraseHearing hearing;
+  std::jthread worker;
+};
+
+void LiveWords::State::work(const std::stop_token& stop) {
+  std::optional<Phrase> now;
+  while (!stop.stop_requested()) {
+    std::optional<std::vector<PhoneSegment>> made;
+    try {
+      if (!now) hearing.start(stop);
+      made = now ? hearing.phonesIn(*now, stop) : std::vector<PhoneSegment>();
+    } catch (const std::exception&) {  // who waits for it counts it
+    }
+    std::unique_lock lock(mutex);
+    answer = std::move(made);
+    is_busy = false;
+    changed.notify_all();
+    if (!changed.wait(lock, stop, [this] { return asked.has_value(); })) return;
+    now = std::exchange(asked, std::nullopt);
+  }
+}
+
+/// Samples of the phrase, or of what lies before the next one.
+void LiveWords::State::take(std::span<const std::int16_t> samples, bool is_speech) {
+  ++hops;
+  ++since_asked;
+  phrase.insert(phrase.end(), samples.begin(), samples.end());
+  quiet = is_speech ? 0 : quiet + 1;
+  spoken = quiet < kPhraseEnds ? spoken + (is_speech ? 1 : 0) : 0;
+  if (is_speech) was_heard_last = false;
+  if (phrase.size() > kHop * (spoken == 0 ? kBeforePhrase : kLongestPhrase)) shorten();
+}
+
+void LiveWords::State::shorten() {
+  std::size_t cut = phrase.size() - std::min(phrase.size(), kHop * kBeforePhrase);
+  if (spoken > 0) {
+    const Seconds length = asReal(phrase.size()) / kPhraseRateHz;
+    const Seconds start = asReal(hops * kHop) / kPhraseRateHz - length;
+    Seconds at = length / 2;
+    const auto nearest = std::min_element(word_ends.begin(), word_ends.end(), [&](Seconds a, Seconds b) {
+      return std::abs(a - start - at) < std::abs(b - start - at);
+    });
+    if (nearest != word_ends.end() && std::abs(*nearest - start - at) < length / 4) at = *nearest - start;
+    cut = static_cast<std::size_t>(std::lround(at * kPhraseRateHz));
+  }
+  phrase.erase(phrase.begin(), phrase.begin() + signedIndex(cut));
+}
+
+bool LiveWords::State::wantsHearing() const {
+  if (due || missed_in_a_row >= kMostMissedInARow || spoken < kFirstHeard) return false;
+  return quiet < kHeardLast ? since_asked >= kHeardEvery : !was_heard_last;
+}
+
+void LiveWords::State::ask() {
+  const std::scoped_lock lock(mutex);
+  if (is_busy) return;  // with what came too late
+  was_heard_last = quiet >= kHeardLast;
+  asked = Phrase{phrase, asReal(hops * kHop - phrase.size()) / kPhraseRateHz, was_heard_last};
+  is_busy = true;
+  since_asked = 0;
+  due = hops + kDue;
+  changed.notify_all();
+}
+
+/// What the other thread was asked for; nothing where that failed or is not there after `latest`.
+std::optional<std::vector<PhoneSegment>> LiveWords::State::found(std::chrono::milliseconds latest) {
+  due.reset();
+  std::unique_lock lock(mutex);
+  const bool is_there = changed.wait_for(lock, latest, [this] { return !is_busy; });
+  if (!is_there || !answer) {
+    miss();
+    return std::nullopt;
+  }
+  missed_in_a_row = 0;
+  return std::exchange(answer, std::nullopt);
+}
+
+LiveWords::LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
+    : state_(std::make_unique<State>(std::move(network), lexicon, language)) {
+  static_cast<void>(state_->found(kLatestStart));
+}
+LiveWords::~LiveWords() = default;
+LiveWords::LiveWords(LiveWords&&) noexcept = default;
+LiveWords& LiveWords::operator=(LiveWords&&) noexcept = default;
+std::size_t LiveWords::missed() const { return state_->missed; }
+
+std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech) {
+  MOUTHPIECE_EXPECT(samples.size() == kHop);
+  State& state = *state_;
+  state.take(samples, is_speech);
+  std::optional<std::vector<PhoneSegment>> found;
+  if (state.due && state.hops >= *state.due) {
+    found = state.found(kLatest);
+    state.word_ends.clear();
+    for (std::size_t i = 0; found && i < found->size(); ++i) {
+      if (i + 1 == found->size() || (*found)[i + 1].word != (*found)[i].word)
+        state.word_ends.push_back((*found)[i].span.end);
+    }
+  }
+  if (state.wantsHearing()) state.ask();
+  return found;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hearing/recognition/word_network.h"
+#include "phonetics/labels/labels_builder.h"
+#include "phonetics/language/language.h"
+#include "phonetics/text/lexicon.h"
+
+namespace mouthpiece {
+
+/// Hears the words of a sound that goes on (docs/theory/hearing/recognition.md#words-while-they-are-said): a network
+/// hears the phrase so far every now and then, in a thread of its own, and its words are aligned. What is heard depends
+/// on the sound alone, unless the network takes a second too long. Memory does not grow with the sound. Not
+/// thread-safe.
+class LiveWords {
+ public:
+  /// So many samples are heard at once: 40 ms of 16 kHz.
+  static constexpr std::size_t kHop = 640;
+
+  /// Waits until the network has started, or failed to. `lexicon`, if any, is kept alive by the caller. Throws
+  /// InputError without an acoustic model.
+  LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language);
+  ~LiveWords();
+  LiveWords(LiveWords&&) noexcept;
+  LiveWords& operator=(LiveWords&&) noexcept;
+
+  /// The next kHop samples; `is_speech`: whether speech is around their end. Returns what a hearing found that is due,
+  /// if one is: the phones of its words, on the clock of the sound, without silences, in place of all found before.
+  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech);
+  /// How many hearings failed, or came too late. After a few no more are tried.
+  [[nodiscard]] std::size_t missed() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mouthpiece

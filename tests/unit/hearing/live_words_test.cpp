@@ -1,0 +1,118 @@
+#include "hearing/recognition/live_words.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
+#include "base/child_process.h"
+#include "base/index.h"
+#include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/live_ear.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Seconds kAhead = 1;
+
+struct HeardOn {
+  std::vector<PhoneSegment> phones;
+  std::size_t missed = 0;
+};
+
+/// What an ear hears, with words of the network in `folder`, if any.
+HeardOn heardOn(const AudioClip& audio, const fs::path& folder = {}) {
+  std::optional<LiveWords> words;
+  if (!folder.empty()) words.emplace(std::make_shared<WordNetwork>(folder), nullptr, english());
+  LiveEar ear(english(), {}, kAhead, std::move(words));
+  std::vector<std::int16_t> samples = samplesToHear(audio);
+  samples.resize((samples.size() / LiveEar::kHop + 40) * LiveEar::kHop);
+  HeardOn heard;
+  for (std::size_t at = 0; at < samples.size(); at += LiveEar::kHop) {
+    for (const PhoneSegment& phone : ear.hear(std::span(samples).subspan(at, LiveEar::kHop)))
+      heard.phones.push_back(phone);
+  }
+  heard.missed = ear.missedWords();
+  return heard;
+}
+
+/// Of the time in which `labels` have phones, the share in which they are heard.
+double rightShare(const std::vector<PhoneSegment>& heard, const SpeechLabels& labels) {
+  Seconds right = 0, said = 0;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone == Phone::kSil) continue;
+    said += phone.span.duration();
+    for (const PhoneSegment& segment : heard) {
+      const Seconds both = std::min(segment.span.end, phone.span.end) - std::max(segment.span.start, phone.span.start);
+      if (segment.phone == phone.phone) right += std::max(0.0, both);
+    }
+  }
+  return right / said;
+}
+
+bool isTheSame(const HeardOn& a, const HeardOn& b) {
+  return std::equal(a.phones.begin(), a.phones.end(), b.phones.begin(), b.phones.end(),
+                    [](const PhoneSegment& x, const PhoneSegment& y) {
+                      return x.phone == y.phone && x.span.start == y.span.start && x.span.end == y.span.end;
+                    });
+}
+
+const SpokenLine& line() {
+  static const SpokenLine said = makeVoice("flite:slt")->speak("there is nothing good on television");
+  return said;
+}
+
+const HeardOn& phonesAlone() {
+  static const HeardOn heard = heardOn(line().audio);
+  return heard;
+}
+
+TEST(LiveWords, TellWhatIsSaidBetterThanPhonesDo) {
+  constexpr double kBetter = 0.05;
+  const fs::path network = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "word_network";
+#if defined(__x86_64__)
+  ASSERT_TRUE(WordNetwork(network).isThere()) << "`make build` brings " << network;
+#else
+  if (!WordNetwork(network).isThere()) GTEST_SKIP() << "ONNX Runtime is not packed for this processor";
+#endif
+  const HeardOn by_words = heardOn(line().audio, network);
+  EXPECT_GT(rightShare(by_words.phones, line().labels), rightShare(phonesAlone().phones, line().labels) + kBetter);
+  EXPECT_EQ(by_words.missed, 0U);
+}
+
+class BrokenLiveWords : public testing::Test {
+ protected:
+  [[nodiscard]] fs::path networkOf(const char* script) const {
+    std::ofstream(folder_.path() / "hear_words.mjs") << script;
+    return folder_.path();
+  }
+
+ private:
+  PrivateFolder folder_;
+};
+
+TEST_F(BrokenLiveWords, ThatDieAreCountedAndLeavePhones) {
+  const HeardOn heard = heardOn(line().audio, networkOf("process.exit(3);"));
+  EXPECT_TRUE(isTheSame(heard, phonesAlone()));
+  EXPECT_EQ(heard.missed, 3U);
+}
+
+/// It starts, and answers nothing more.
+TEST_F(BrokenLiveWords, ThatHangAreWaitedForOnce) {
+  constexpr std::chrono::seconds kAtMost{20};
+  const auto began = std::chrono::steady_clock::now();
+  const HeardOn heard =
+      heardOn(line().audio,
+              networkOf("import { writeSync } from 'node:fs'; writeSync(3, '[]\\n'); setInterval(() => {}, 1000);"));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, kAtMost);  // the network itself is given a minute
+  EXPECT_TRUE(isTheSame(heard, phonesAlone()));
+  EXPECT_EQ(heard.missed, 1U);
+}
+
+}  // namespace
+}  // namespace mouthpiece
