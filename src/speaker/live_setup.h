@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 namespace mouthpiece {
 
 struct LabelledSound;
+class LiveEar;
 
 /// What a speaker gives to its live streams; they share its corpus and face.
 struct LiveSetup {
@@ -29,6 +31,9 @@ struct LiveSetup {
 
 /// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced.
 std::vector<LabelledSound> soundsOf(const Corpus& corpus);
+
+/// What hears a stream's sound; `setup` outlives it. Throws InputError where words are wanted that nothing hears.
+std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& options);
 
 /// Throws InputError for options out of range, and as LiveMotion does.
 LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options);

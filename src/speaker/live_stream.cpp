@@ -17,7 +17,6 @@
 #include "phonetics/labels/phone_lengths.h"
 #include "speaker/live_parts.h"
 #include "speaker/live_setup.h"
-#include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/live_motion.h"
 #include "voices/voice.h"
@@ -57,8 +56,6 @@ struct LiveStream::Data {
   void makeOwnVoice();
   void makePronouncer();
   std::vector<PhoneSegment> phonesOfWord(std::string_view word, const TimeSpan& span);
-  void makeEar();
-  [[nodiscard]] std::optional<LiveWords> wordsToHear() const;
   void expectOpen(bool is_sound);
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
@@ -117,31 +114,11 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
       resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
       order(wanted.sample_rate_hz) {
   weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
-  if (options.source == LiveOptions::Source::kSound) makeEar();
+  if (options.source == LiveOptions::Source::kSound) ear = makeLiveEar(setup, options);
   if (options.source == LiveOptions::Source::kText) makeOwnVoice();
   resting = restingFrame();
   current = stalled_from = resting;
   if (setup.face) setup.face->data().rig().deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
-}
-
-void LiveStream::Data::makeEar() {
-  std::vector<LabelledSound> speaker;
-  if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
-  ear = std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear());
-}
-
-/// Where they help, unless they are not wanted. An ear that knows the speaker hears phones better.
-std::optional<LiveWords> LiveStream::Data::wordsToHear() const {
-  using Hear = SpeakerOptions::Hear;
-  const bool is_english = setup.language == &english();
-  const bool are_helpful = is_english && !options.own_voice && options.look_ahead >= LiveEar::kWordsHelpFrom;
-  if (setup.hear == Hear::kPhones || (setup.hear == Hear::kAuto && !are_helpful)) return std::nullopt;
-  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
-  if (is_english && network->isThere())
-    return LiveWords(network, setup.lexicon ? &*setup.lexicon : nullptr, *setup.language);
-  if (setup.hear == Hear::kWords)
-    throw InputError("found no way to hear words while they are said; expected English, Node and its word network");
-  return std::nullopt;
 }
 
 void LiveStream::Data::makeOwnVoice() {
@@ -252,7 +229,7 @@ void LiveStream::Data::hearWhole() {
 
 void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<std::uint64_t> at) {
   expectOpen(true);
-  if (!ear) makeEar();
+  if (!ear) ear = makeLiveEar(setup, options);
   catchUp();
   ChunkOrder::Place place;
   std::vector<float> usable(samples.begin(), samples.end());
