@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -96,6 +97,7 @@ struct LiveStream::Data {
   std::size_t unshown = 0;  ///< frames that nextNow() gave and the motion does not know of yet
   std::size_t at_rest = 0;  ///< of these, in a row
   bool is_finished = false;
+  std::atomic<bool> is_in_time = false;  ///< nextNow() wants frames when their time comes: hearing words does not wait
   Seconds said_until = 0;
   LiveCounts counts;
   // Of the thread that pulls:
@@ -216,7 +218,7 @@ void LiveStream::Data::hearWhole() {
   for (; waiting.size() - at >= LiveEar::kHop; at += LiveEar::kHop) {
     std::transform(waiting.begin() + signedIndex(at), waiting.begin() + signedIndex(at + LiveEar::kHop), hop.begin(),
                    [](float sample) { return static_cast<std::int16_t>(std::lrint(32767.0F * sample)); });
-    for (const PhoneSegment& phone : ear->hear(hop)) motion.say(phone);
+    for (const PhoneSegment& phone : ear->hear(hop, !is_in_time)) motion.say(phone);
     if (ear->missedWords() > 0) {
       const std::scoped_lock lock(mutex);
       counts.words_missed = ear->missedWords();
@@ -512,6 +514,7 @@ const Frame* LiveStream::next() {
 
 const Frame* LiveStream::nextNow() {
   Data& data = *data_;
+  data.is_in_time = true;
   if (const Frame* known = next()) return known;
   {
     const std::scoped_lock lock(data.mutex);

@@ -31,7 +31,7 @@ constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 100;
 constexpr Seconds kMayGoOn = 0.2;
 /// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard.
 constexpr std::chrono::milliseconds kLatest{1000}, kLatestStart{10000};
-constexpr std::size_t kMostMissedInARow = 3;
+constexpr std::size_t kLatestHops = 25, kMostMissedInARow = 3;
 
 /// What was said since a pause.
 struct Phrase {
@@ -106,6 +106,7 @@ struct LiveWords::State {
   void take(std::span<const std::int16_t> samples, bool is_speech);
   void shorten();
   [[nodiscard]] bool wantsHearing() const;
+  [[nodiscard]] bool isDue(bool waits);
   void ask();
   std::optional<std::vector<PhoneSegment>> found(std::chrono::milliseconds latest);
   void miss() {
@@ -185,6 +186,14 @@ bool LiveWords::State::wantsHearing() const {
   return quiet < kHeardLast ? since_asked >= kHeardEvery : !was_heard_last;
 }
 
+/// Whether found() is to be asked: who does not wait asks it later.
+bool LiveWords::State::isDue(bool waits) {
+  if (!due || hops < *due) return false;
+  if (waits || hops >= *due + kLatestHops) return true;
+  const std::scoped_lock lock(mutex);
+  return !is_busy;
+}
+
 void LiveWords::State::ask() {
   const std::scoped_lock lock(mutex);
   if (is_busy) return;  // with what came too late
@@ -218,13 +227,14 @@ LiveWords::LiveWords(LiveWords&&) noexcept = default;
 LiveWords& LiveWords::operator=(LiveWords&&) noexcept = default;
 std::size_t LiveWords::missed() const { return state_->missed; }
 
-std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech) {
+std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech,
+                                                         bool waits) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   State& state = *state_;
   state.take(samples, is_speech);
   std::optional<std::vector<PhoneSegment>> found;
-  if (state.due && state.hops >= *state.due) {
-    found = state.found(kLatest);
+  if (state.isDue(waits)) {
+    found = state.found(waits ? kLatest : std::chrono::milliseconds(0));
     state.word_ends.clear();
     for (std::size_t i = 0; found && i < found->size(); ++i) {
       if (i + 1 == found->size() || (*found)[i + 1].word != (*found)[i].word)

@@ -15,8 +15,8 @@ namespace mouthpiece {
 
 /// Hears the words of a sound that goes on (docs/theory/hearing/recognition.md#words-while-they-are-said): a network
 /// hears the phrase so far every now and then, in a thread of its own, and its words are aligned. What is heard depends
-/// on the sound alone, unless the network takes a second too long. Memory does not grow with the sound. Not
-/// thread-safe.
+/// on the sound alone where it is waited for, unless the network takes a second too long. Memory does not grow with the
+/// sound. Not thread-safe.
 class LiveWords {
  public:
   /// So many samples are heard at once: 40 ms of 16 kHz.
@@ -29,9 +29,10 @@ class LiveWords {
   LiveWords(LiveWords&&) noexcept;
   LiveWords& operator=(LiveWords&&) noexcept;
 
-  /// The next kHop samples; `is_speech`: whether speech is around their end. Returns what a hearing found that is due,
-  /// if one is: the phones of its words, on the clock of the sound, without silences, in place of all found before.
-  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech);
+  /// The next kHop samples; `is_speech`: whether speech is around their end; `waits`: for a hearing that is due, a
+  /// second at most, else it comes when it is there. Returns what a hearing found, if one is due: the phones of its
+  /// words, on the clock of the sound, without silences, in place of all found before.
+  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech, bool waits);
   /// How many hearings failed, or came too late. After a few no more are tried.
   [[nodiscard]] std::size_t missed() const;
 
