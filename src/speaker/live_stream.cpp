@@ -218,7 +218,7 @@ void LiveStream::Data::hearWhole() {
   for (; waiting.size() - at >= LiveEar::kHop; at += LiveEar::kHop) {
     std::transform(waiting.begin() + signedIndex(at), waiting.begin() + signedIndex(at + LiveEar::kHop), hop.begin(),
                    [](float sample) { return static_cast<std::int16_t>(std::lrint(32767.0F * sample)); });
-    for (const PhoneSegment& phone : ear->hear(hop, !is_in_time)) motion.say(phone);
+    for (const PhoneSegment& phone : ear->hear(hop, [this] { return !is_in_time; })) motion.say(phone);
     if (ear->missedWords() > 0) {
       const std::scoped_lock lock(mutex);
       counts.words_missed = ear->missedWords();

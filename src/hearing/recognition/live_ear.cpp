@@ -107,7 +107,7 @@ struct LiveEar::State {
     if (!speaker.empty()) ear.learn(speaker, true);
   }
 
-  void hearFrames(std::span<const std::int16_t> samples, bool waits);
+  void hearFrames(std::span<const std::int16_t> samples, const std::function<bool()>& waits);
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
   void putWords(Eigen::MatrixXf& posteriors) const;
   std::vector<PhoneSegment> settle();
@@ -134,7 +134,7 @@ LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;
 const std::vector<PhoneSegment>& LiveEar::guess() const { return state_->guess; }
 std::size_t LiveEar::missedWords() const { return state_->words ? state_->words->missed() : 0; }
 
-void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, bool waits) {
+void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std::function<bool()>& waits) {
   for (std::size_t at = 0; at < samples.size(); at += kLevelFrame) loud.add(samples.subspan(at, kLevelFrame));
   const std::size_t frames = ear.hearOn(samples, !has_begun, loud.isLoud());
   has_begun = true;
@@ -202,7 +202,7 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   return made;
 }
 
-std::vector<PhoneSegment> LiveEar::hear(std::span<const std::int16_t> samples, bool waits) {
+std::vector<PhoneSegment> LiveEar::hear(std::span<const std::int16_t> samples, const std::function<bool()>& waits) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   state_->hearFrames(samples, waits);
   return state_->settle();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,8 +34,8 @@ class LiveEar {
   LiveEar& operator=(LiveEar&&) noexcept;
 
   /// The next kHop samples. Returns the phones that they settle, silences among them: in order, without gaps, from the
-  /// sound's start. `waits`: for words, as LiveWords::hear().
-  std::vector<PhoneSegment> hear(std::span<const std::int16_t> samples, bool waits = true);
+  /// sound's start. `waits`: LiveWords::hear()'s.
+  std::vector<PhoneSegment> hear(std::span<const std::int16_t> samples, const std::function<bool()>& waits = {});
   /// What has likely been said since the last settled one, up to about 60 ms ago.
   [[nodiscard]] const std::vector<PhoneSegment>& guess() const;
   /// LiveWords::missed(), where there are words.

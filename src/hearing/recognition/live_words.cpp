@@ -26,7 +26,7 @@ constexpr std::size_t kHeardEvery = 6, kFirstHeard = 8, kDue = 5;
 /// A phrase is heard once more when nothing was said for so long, and over when nothing was for longer.
 constexpr std::size_t kHeardLast = 2, kPhraseEnds = 15;
 /// So much of what lies before a phrase is heard with it. A longer one is cut where a word ends, near its middle.
-constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 100;
+constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 75;
 /// A word that ends nearer to the newest sound may not have ended.
 constexpr Seconds kMayGoOn = 0.2;
 /// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard.
@@ -75,7 +75,8 @@ std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const st
   for (const std::int16_t sample : phrase.samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   ForcedAlignment alignment;
   try {
-    alignment = aligner_.align(clip, pronouncer_.wordsOf(text), "phrase");
+    alignment =
+        aligner_.align(clip, pronouncer_.wordsOf(text), "phrase", SpeechKind::kSpoken, BorderTimes::kFirstHeard);
   } catch (const InputError&) {  // the phrase is too short for them
     return phones;
   }
@@ -106,9 +107,9 @@ struct LiveWords::State {
   void take(std::span<const std::int16_t> samples, bool is_speech);
   void shorten();
   [[nodiscard]] bool wantsHearing() const;
-  [[nodiscard]] bool isDue(bool waits);
+  bool isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits);
   void ask();
-  std::optional<std::vector<PhoneSegment>> found(std::chrono::milliseconds latest);
+  std::optional<std::vector<PhoneSegment>> found();
   void miss() {
     ++missed;
     ++missed_in_a_row;
@@ -186,14 +187,6 @@ bool LiveWords::State::wantsHearing() const {
   return quiet < kHeardLast ? since_asked >= kHeardEvery : !was_heard_last;
 }
 
-/// Whether found() is to be asked: who does not wait asks it later.
-bool LiveWords::State::isDue(bool waits) {
-  if (!due || hops < *due) return false;
-  if (waits || hops >= *due + kLatestHops) return true;
-  const std::scoped_lock lock(mutex);
-  return !is_busy;
-}
-
 void LiveWords::State::ask() {
   const std::scoped_lock lock(mutex);
   if (is_busy) return;  // with what came too late
@@ -205,12 +198,20 @@ void LiveWords::State::ask() {
   changed.notify_all();
 }
 
-/// What the other thread was asked for; nothing where that failed or is not there after `latest`.
-std::optional<std::vector<PhoneSegment>> LiveWords::State::found(std::chrono::milliseconds latest) {
-  due.reset();
+/// Whether the other thread has done what it was asked for, within `latest` while `waits` says so.
+bool LiveWords::State::isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits) {
+  constexpr std::chrono::milliseconds kAsksAgain{10};
   std::unique_lock lock(mutex);
-  const bool is_there = changed.wait_for(lock, latest, [this] { return !is_busy; });
-  if (!is_there || !answer) {
+  for (std::chrono::milliseconds waited{0}; is_busy && waited < latest && (!waits || waits()); waited += kAsksAgain)
+    changed.wait_for(lock, kAsksAgain, [this] { return !is_busy; });
+  return !is_busy;
+}
+
+/// What the other thread found; nothing where it failed or is still busy.
+std::optional<std::vector<PhoneSegment>> LiveWords::State::found() {
+  due.reset();
+  const std::scoped_lock lock(mutex);
+  if (is_busy || !answer) {
     miss();
     return std::nullopt;
   }
@@ -220,7 +221,8 @@ std::optional<std::vector<PhoneSegment>> LiveWords::State::found(std::chrono::mi
 
 LiveWords::LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
     : state_(std::make_unique<State>(std::move(network), lexicon, language)) {
-  static_cast<void>(state_->found(kLatestStart));
+  state_->isThere(kLatestStart, {});
+  static_cast<void>(state_->found());
 }
 LiveWords::~LiveWords() = default;
 LiveWords::LiveWords(LiveWords&&) noexcept = default;
@@ -228,13 +230,14 @@ LiveWords& LiveWords::operator=(LiveWords&&) noexcept = default;
 std::size_t LiveWords::missed() const { return state_->missed; }
 
 std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech,
-                                                         bool waits) {
+                                                         const std::function<bool()>& waits) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   State& state = *state_;
   state.take(samples, is_speech);
   std::optional<std::vector<PhoneSegment>> found;
-  if (state.isDue(waits)) {
-    found = state.found(waits ? kLatest : std::chrono::milliseconds(0));
+  if (state.due && state.hops >= *state.due &&
+      (state.isThere(kLatest, waits) || !waits || waits() || state.hops >= *state.due + kLatestHops)) {
+    found = state.found();
     state.word_ends.clear();
     for (std::size_t i = 0; found && i < found->size(); ++i) {
       if (i + 1 == found->size() || (*found)[i + 1].word != (*found)[i].word)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,10 +30,12 @@ class LiveWords {
   LiveWords(LiveWords&&) noexcept;
   LiveWords& operator=(LiveWords&&) noexcept;
 
-  /// The next kHop samples; `is_speech`: whether speech is around their end; `waits`: for a hearing that is due, a
-  /// second at most, else it comes when it is there. Returns what a hearing found, if one is due: the phones of its
-  /// words, on the clock of the sound, without silences, in place of all found before.
-  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech, bool waits);
+  /// The next kHop samples; `is_speech`: whether speech is around their end; `waits`: whether a hearing that is due is
+  /// waited for, a second at most, asked again and again; empty: it is. Else it comes when it is there. Returns what a
+  /// hearing found, if one is due: the phones of its words, on the clock of the sound, without silences, in place of
+  /// all found before.
+  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech,
+                                                const std::function<bool()>& waits = {});
   /// How many hearings failed, or came too late. After a few no more are tried.
   [[nodiscard]] std::size_t missed() const;
 
