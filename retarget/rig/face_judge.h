@@ -57,8 +57,8 @@ struct FaceJudgement {
   double in_teeth_mm = 0;      ///< of a lip inside teeth or gums, more than at rest
   double in_tongue_mm = 0;     ///< of a lip inside the tongue, more than at rest
   double edge_ratio = 0;       ///< of an edge's length to that at rest
-  double edge_growth_mm =
-      0;  ///< of an edge; of one over 6.25 mm long in parts of what it is allowed (the guide's table)
+  /// Of an edge; of one over 20 mm long in parts of what it is allowed (docs/guides/fit_a_face.md).
+  double edge_growth_mm = 0;
   double turned_over_mm2 = 0;   ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
   double jump_ratio = 0;        ///< of a vertex' step to its markers'
   double motion_share = 0;      ///< of the markers' motion that the skin under them goes along with

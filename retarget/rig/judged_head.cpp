@@ -18,7 +18,7 @@ namespace {
 constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
 /// An edge may grow by as much of its length where that is more than the limit, up to so many times the limit: the skin
 /// along a long edge of a coarse head would be many edges of a finer one, and each would grow by a part of it.
-constexpr double kLongGrowth = 0.8, kMostLongGrowth = 1.2;
+constexpr double kLongGrowth = 0.25, kMostLongGrowth = 1.2;
 constexpr double kLeastStepMm = 1;      ///< a marker's step counts as so long at least
 constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
 constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
