@@ -17,7 +17,9 @@ namespace mouthpiece {
 
 /// What a LiveStream is told, and how far ahead.
 struct MOUTHPIECE_API LiveOptions {
-  Seconds look_ahead = 0.2;    ///< a frame is made when so much of what follows it is known: 0.05 to 5
+  /// A frame is made when so much of what follows it is known: 0.05 to 5. From 0.7 on English words are heard in sound,
+  /// by a program of its own that takes a second to start, unless SpeakerOptions::hear is kPhones.
+  Seconds look_ahead = 0.2;
   int sample_rate_hz = 16000;  ///< of the sound that is pushed: 16,000 to 48,000
   /// What is pushed: what it takes to hear or to say it is made ready at once, not when the first of it comes.
   enum class Source { kSound, kLabels, kText };
@@ -54,7 +56,8 @@ struct MOUTHPIECE_API LiveCounts {
 ///   mouthpiece::LiveStream stream = speaker.live({.look_ahead = 0.2, .sample_rate_hz = 48000});
 ///   stream.push(chunk);                                       // whenever there is some
 ///   while (const mouthpiece::Frame* frame = stream.next()) draw(*frame);
-/// What comes out does not depend on the size of the chunks. Memory does not grow with the line; next() and nextNow()
+/// What comes out does not depend on the size of the chunks, nor on when they come unless nextNow() pulls where words
+/// are heard. Memory does not grow with the line; next() and nextNow()
 /// allocate nothing after their first frame. One thread may push while another pulls. Shares the speaker's corpus and
 /// face, and may outlive it.
 class MOUTHPIECE_API LiveStream {
