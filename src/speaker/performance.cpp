@@ -40,8 +40,8 @@ void turnBack(const Eigen::Matrix3d& upright_from_mesh, FaceAnimation& animation
     animation.positions.middleCols<3>(3 * v) = (animation.positions.middleCols<3>(3 * v) * turn).eval();
 }
 
-std::optional<HeadTrack> headTrack(const Performance::Data& line) {
-  HeadTrack track;
+std::optional<HeadAnimation> headTrack(const Performance::Data& line) {
+  HeadAnimation track;
   for (const Eigen::Quaternionf& turn : line.headTurns())
     track.rotations.push_back({turn.x(), turn.y(), turn.z(), turn.w()});
   if (track.rotations.empty()) return std::nullopt;
@@ -259,14 +259,14 @@ std::string Performance::Data::glb() const {
                                own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
     if (given_glb_) return *given_glb_;
   }
-  const std::optional<HeadTrack> head = headTrack(*this);
+  const std::optional<HeadAnimation> head = headTrack(*this);
   return glbBytes(own.rig().mesh(), moving, own.rig().name(), {}, head ? &*head : nullptr, &normals());
 }
 
 std::string Performance::Data::smallGlb() const {
   const SharedFace::Data& own = needFace();
   if (isGlb(own.meshPath())) return glb();
-  const std::optional<HeadTrack> head = headTrack(*this);
+  const std::optional<HeadAnimation> head = headTrack(*this);
   return smallGlbBytes(own.rig().mesh(), shapes(), own.rig().name(), head ? &*head : nullptr, &normals());
 }
 

@@ -16,7 +16,7 @@ namespace mouthpiece {
 struct FaceMesh;
 
 /// How a head turns: a quaternion (x y z w) a frame, about a place in metres.
-struct HeadTrack {
+struct HeadAnimation {
   std::vector<std::array<float, 4>> rotations;
   std::array<double, 3> pivot_m{};
 };
@@ -27,12 +27,12 @@ struct HeadTrack {
 /// a shape; none: shape_00 and so on. `head`: null where it is still. `normals`: shapeNormals() of the two; null: they
 /// are made.
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names = {}, const HeadTrack* head = nullptr,
+                     std::span<const std::string> shape_names = {}, const HeadAnimation* head = nullptr,
                      const ShapeNormals* normals = nullptr);
 /// The same in a fifth of the room, for programs that know EXT_meshopt_compression (three.js, Babylon.js, Godot's and
 /// Unity's add-ons; not Blender 3.4): places to 8 micrometres, normals to 0.5 degrees.
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                          const HeadTrack* head = nullptr, const ShapeNormals* normals = nullptr);
+                          const HeadAnimation* head = nullptr, const ShapeNormals* normals = nullptr);
 
 /// Weights that some of a head's own morph targets follow: the one called `name` column `column_of(name)` of `weights`
 /// (frames x anything), or none where that is -1.

@@ -226,7 +226,7 @@ void packPlaces(const FaceMesh& mesh, const PrincipalShapes& shapes, GlbModel& m
 }
 
 std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                    std::span<const std::string> shape_names, bool is_small, const HeadTrack* head,
+                    std::span<const std::string> shape_names, bool is_small, const HeadAnimation* head,
                     const ShapeNormals& normals) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
@@ -276,7 +276,7 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
 }  // namespace
 
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names, const HeadTrack* head, const ShapeNormals* normals) {
+                     std::span<const std::string> shape_names, const HeadAnimation* head, const ShapeNormals* normals) {
   if (normals == nullptr) {
     const ShapeNormals made = shapeNormals(mesh.triangles, shapes);
     return glbBytes(mesh, shapes, name, shape_names, head, &made);
@@ -285,7 +285,7 @@ std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
 }
 
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                          const HeadTrack* head, const ShapeNormals* normals) {
+                          const HeadAnimation* head, const ShapeNormals* normals) {
   if (normals == nullptr) {
     const ShapeNormals made = shapeNormals(mesh.triangles, shapes);
     return smallGlbBytes(mesh, shapes, name, head, &made);
