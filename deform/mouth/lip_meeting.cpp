@@ -6,13 +6,9 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <map>
 #include <set>
 #include <string>
-#include <tuple>
-#include <utility>
 #include <vector>
 
 #include "base/errors.h"
@@ -50,14 +46,12 @@ constexpr double kGives = 0.1;      ///< of what is wanted, against movement
 constexpr double kStays = 0.05;     ///< weight of a section in which nothing is wanted
 constexpr double kCrosses = 8;      ///< and of one in which the lips cross, beside one where they are too far apart
 constexpr double kCounted = 0.001;  ///< places of a section that weigh less are left out
-constexpr float kThought = 0.04F / 0.2F * asFloat(kDepths);  ///< depths for which a lip goes on behind its free rim
 constexpr int kLooks = 3;
 
 /// A place on a triangle's edge.
 struct EdgeCut {
   std::uint32_t a, b;
   float along, z, y;
-  bool is_free;  ///< the surface ends there
 };
 struct LipSegment {
   std::uint32_t section;
@@ -85,12 +79,11 @@ struct LipMeeting::Data {
   double width = 0;
   float first = 0, pitch = 1;  ///< of the sections, across
   Vector3f across = Vector3f::UnitX(), forward = Vector3f::UnitZ();
-  std::array<std::vector<Triangle>, 2> lips;             ///< the upper one's near its rim, the lower one's
-  std::array<std::vector<std::array<bool, 3>>, 2> ends;  ///< whether the surface ends at each edge of these
-  std::vector<Triangle> walls;                           ///< the mouth's, beside its corners: of both lips or neither
-  std::vector<int> row_of;                               ///< of each vertex: its row in `ways`, -1: it stays
-  std::vector<std::uint32_t> vertices;                   ///< of each row
-  PlaneRows ways;  ///< how far up each vertex goes by a unit of each section's movement
+  std::array<std::vector<Triangle>, 2> lips;  ///< the upper one's near its rim, the lower one's
+  std::vector<Triangle> walls;                ///< the mouth's, beside its corners: of both lips or neither
+  std::vector<int> row_of;                    ///< of each vertex: its row in `ways`, -1: it stays
+  std::vector<std::uint32_t> vertices;        ///< of each row
+  PlaneRows ways;                             ///< how far up each vertex goes by a unit of each section's movement
   PlaneSquare cost;
   std::array<double, kPlanes> allowed{};  ///< how far lips that cross at rest do
 
@@ -110,8 +103,7 @@ void LipMeeting::Data::look(const float* at, Sections& seen) const {
   constexpr float kNowhere = -std::numeric_limits<float>::infinity();
   seen.front.fill({kNowhere, kNowhere});
   for (std::size_t lip = 0; lip < 2; ++lip) {
-    for (std::size_t i = 0; i < lips[lip].size(); ++i) {
-      const Triangle& t = lips[lip][i];
+    for (const Triangle& t : lips[lip]) {
       std::array<float, 3> side;
       for (std::size_t k = 0; k < 3; ++k)
         side[k] = (Eigen::Map<const Vector3f>(at + 3 * std::size_t{t[k]}).dot(across) - first) / pitch;
@@ -129,7 +121,7 @@ void LipMeeting::Data::look(const float* at, Sections& seen) const {
           const float along = (s - side[k]) / (side[next] - side[k]);
           const Eigen::Map<const Vector3f> a(at + 3 * std::size_t{t[k]}), b(at + 3 * std::size_t{t[next]});
           const Vector3f p = a + along * (b - a);
-          segment.ends[cuts++] = {t[k], t[next], along, p.dot(forward), p.y(), ends[lip][i][k]};
+          segment.ends[cuts++] = {t[k], t[next], along, p.dot(forward), p.y()};
         }
         if (cuts != 2) continue;
         if (segment.ends[0].z > segment.ends[1].z) std::swap(segment.ends[0], segment.ends[1]);
@@ -159,20 +151,6 @@ void LipMeeting::Data::look(const float* at, Sections& seen) const {
       const float y = behind.y + along * (before.y - behind.y);
       EdgePlace& place = edge[static_cast<std::size_t>(d)];
       if (place.segment < 0 || way * y < way * place.y) place = {y, along, static_cast<std::int32_t>(i)};
-    }
-  }
-  // A lip that ends at its rim is thought to go on level behind it, or the other one could be over it there unseen.
-  for (std::size_t i = 0; i < seen.segments.size(); ++i) {
-    const LipSegment& segment = seen.segments[i];
-    const EdgeCut& behind = segment.ends[0];
-    if (!behind.is_free) continue;
-    const float front = std::min(seen.front[segment.section][0], seen.front[segment.section][1]);
-    const float from = std::max(0.0F, std::ceil((front - behind.z) / step)),
-                to = std::min(from + kThought, asFloat(kDepths - 1));
-    auto& edge = seen.edges[segment.is_upper ? 0 : 1][segment.section];
-    for (float d = from; d <= to; ++d) {
-      EdgePlace& place = edge[static_cast<std::size_t>(d)];
-      if (place.segment < 0) place = {behind.y, 0, static_cast<std::int32_t>(i)};
     }
   }
 }
@@ -210,34 +188,6 @@ double LipMeeting::Data::gapIn(const Sections& seen, std::size_t section, const 
   return least;
 }
 
-/// Edges of one triangle alone, by the first of the vertices that lie in one place on one side of the mouth.
-class FreeEdges {
- public:
-  FreeEdges(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<Triangle>& triangles)
-      : first_(mesh.vertexCount()) {
-    std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
-    for (std::uint32_t v = 0; v < first_.size(); ++v) {
-      const Eigen::RowVector3f p = mesh.vertices.row(v);
-      first_[v] = first_at.try_emplace({p.x(), p.y(), p.z(), topology.forbidden()[v]}, v).first->second;
-    }
-    for (const Triangle& t : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) ++triangles_at_[edgeOf(t, k)];
-    }
-  }
-  [[nodiscard]] std::array<bool, 3> of(const Triangle& t) const {
-    const auto isFree = [&](std::size_t k) { return triangles_at_.at(edgeOf(t, k)) == 1; };
-    return {isFree(0), isFree(1), isFree(2)};
-  }
-
- private:
-  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> edgeOf(const Triangle& t, std::size_t k) const {
-    return std::minmax(first_[t[k]], first_[t[(k + 1) % 3]]);
-  }
-
-  std::vector<std::uint32_t> first_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> triangles_at_;
-};
-
 /// Triangles of each lip, those across the seam beside the corners with the lip that is nearer.
 void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding) {
   const HeadTopology topology(mesh, openingsOf(control));
@@ -245,18 +195,7 @@ void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control
   std::vector<bool> is_near(mesh.vertexCount());
   for (std::size_t v = 0; v < is_near.size(); ++v)
     is_near[v] = distanceToLine(pointAt(mesh.vertices, v), rim) < kMoved * width;
-  const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
-  std::vector<bool> is_around = is_near;  // with all triangles at the edges of what is near
-  for (const Triangle& t : skin) {
-    if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near[v]; })) continue;
-    for (const std::uint32_t v : t) is_around[v] = true;
-  }
-  std::vector<Triangle> around;
-  std::copy_if(skin.begin(), skin.end(), std::back_inserter(around), [&](const Triangle& t) {
-    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_around[v]; });
-  });
-  const FreeEdges free_edges(mesh, topology, around);
-  for (const Triangle& t : skin) {
+  for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
     if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near[v]; })) continue;
     double lower = 0;
     bool is_lip = true;
@@ -268,9 +207,7 @@ void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control
     const bool is_wall = std::abs(lower - 0.5) < kOfBoth && std::none_of(t.begin(), t.end(), [&](std::uint32_t v) {
                            return distanceToLine(pointAt(mesh.vertices, v), rim) < kAtRim * width;
                          });
-    const std::size_t lip = lower > 0.5 ? 1 : 0;
-    (is_wall ? walls : lips[lip]).push_back(t);
-    if (!is_wall) ends[lip].push_back(free_edges.of(t));
+    (is_wall ? walls : lips[lower > 0.5 ? 1 : 0]).push_back(t);
   }
   row_of.assign(mesh.vertexCount(), -1);
   std::set<std::uint32_t> moved;

@@ -278,10 +278,9 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   std::filesystem::remove_all(folder);
 }
 
-/// Heads as a game's artist makes them: a mouth-wide edge that grows a little, a fold of coarse skin, and lips with a
-/// vertex a centimetre.
+/// Heads as a game's artist makes them: a mouth-wide edge that grows a little, and a fold of coarse skin.
 class CoarseHeads : public ::testing::TestWithParam<unsigned> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 13U, 38U));
+INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 38U));
 
 TEST_P(CoarseHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
