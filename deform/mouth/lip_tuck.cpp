@@ -76,9 +76,8 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
   for (const LipPair& pair : pairs_) {
     const Eigen::Vector3d upper = control.rest.row(pair.upper_rim), lower = control.rest.row(pair.lower_rim);
     Eigen::Vector3d edge;
-    const bool has_teeth = edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, edge);
-    outer_.push_back(has_teeth ? kMarkerShare : kRolledIn);
-    if (!has_teeth) edge = upper - mouth_width_ * Eigen::Vector3d(0, kEdgeBelow, kEdgeBehind);
+    if (!edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, edge))
+      edge = upper - mouth_width_ * Eigen::Vector3d(0, kEdgeBelow, kEdgeBehind);
     edge.y() -= kUnder * mouth_width_;
     // No further forward than where the lip lies anyway.
     edge.z() = std::max(edge.z(), std::min(lower.z(), leastDepth(lower_teeth, edge, mouth_width_)));
@@ -98,7 +97,7 @@ void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const
     way.x() = 0;
     way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
     points.row(lower_rim) += share * way;
-    points.row(lower_marker) += share * outer_[i] * way;
+    points.row(lower_marker) += share * kMarkerShare * way;
     const double shown = places_[i].y() + (kUnder + kShown) * mouth_width_ - points(upper_rim, 1);
     const double lift = share * std::clamp(shown, 0.0, furthest);
     points(upper_rim, 1) += lift;

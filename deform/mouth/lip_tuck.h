@@ -10,11 +10,10 @@ namespace mouthpiece {
 
 /// Where the lower lip goes in F and V: its rim, just in front of where the lips meet, comes to lie under the edge of
 /// the upper teeth, and the upper lip is lifted off that edge. In a head without upper teeth the edge is thought to lie
-/// kEdgeBehind and kEdgeBelow the upper lip's rim (shares of the mouth's width), and the lower lip is rolled in: its
-/// outer edge goes kRolledIn of its rim's way. Immutable.
+/// kEdgeBehind and kEdgeBelow the upper lip's rim (shares of the mouth's width). Immutable.
 class LipTuck {
  public:
-  static constexpr double kEdgeBehind = 0.12, kEdgeBelow = 0.02, kRolledIn = 0.45;
+  static constexpr double kEdgeBehind = 0.06, kEdgeBelow = 0.02;
 
   /// `mesh` stands upright.
   LipTuck(const FaceMesh& mesh, const ControlMesh& control);
@@ -30,7 +29,6 @@ class LipTuck {
   std::vector<LipPair> pairs_;
   std::vector<Eigen::Vector3d> places_;
   std::vector<double> shares_;  ///< how far each pair goes: not at the corners
-  std::vector<double> outer_;   ///< of its rim's way a lower lip's outer edge goes along
   double mouth_width_ = 0;
 };
 

@@ -80,7 +80,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   const FaceJudgement first = judged;
   // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that still do not
   // meet rightly are brought to it by their surfaces; coarse ones are levelled, and where that brings them into each
-  // other levelled harder and held apart.
+  // other levelled harder and held apart. Last, skin is relaxed as coarse.
   struct Way {
     bool holds_rims;
     std::optional<LipLevelling::Options> levels = {};
@@ -93,18 +93,18 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   std::optional<bool> is_of_lips;                            // what relaxing and pressing leave
   for (const Way& way : {Way{true},
                          {false},
-                         {true, {}, false, false, true},
                          {true, {}, false, true},
                          {false, {}, false, true},
                          {true, LipLevelling::Options{}, false, true},
                          {true, LipLevelling::Options{}},
-                         {true, kLevelledHarder, true}}) {
+                         {true, kLevelledHarder, true},
+                         {true, {}, false, false, true}}) {
     // Few open closures of a face that is well are not worth what may bring faults: surfaces that meet, at once or not.
     const bool was_well = first.faults.empty();
     if (was_well && !way.meets) continue;
     if (way.levels || way.meets) {
       if (!is_of_lips) is_of_lips = meetWrongly(judged);
-      if (!*is_of_lips) break;
+      if (!*is_of_lips) continue;
     }
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;

@@ -247,12 +247,12 @@ TEST_P(ClickedHeads, OpenAsWideAsWhoSings) {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so (docs/theory/deform/lip_line.md): of the first 24 seeds twenty-three pass; 7,
-// 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet, 244 by skin that is relaxed where a
+// 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet, 244 by skin that is relaxed where a
 // lip snapped shut, 106 and 394 since narrow slits are seen, 313 since the last closure of a face that is well is
 // mended.  Every third for everybody, all of them each night.
 std::vector<unsigned> seedsThatPass() {
   const std::vector<unsigned> all{1,  2,  3,  4,   5,   6,   7,   8,   9,   10,  11,  12,  13,  14,  15, 16,
-                                  17, 18, 19, 20,  21,  22,  23,  25,  601, 31,  35,  47,  55,  60,  71, 88,
+                                  17, 18, 19, 20,  21,  22,  23,  25,  29,  31,  35,  47,  55,  60,  71, 88,
                                   92, 93, 95, 101, 127, 137, 153, 171, 191, 194, 244, 207, 106, 313, 394};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
