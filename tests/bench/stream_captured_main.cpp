@@ -1,5 +1,5 @@
 // Not a benchmark: how the lips of streams follow the capture of takes that the corpus does not have
-// (docs/theory/units/live.md#words-while-they-are-said). The corpus' speaker is not said to speak, so what hears knows
+// (docs/theory/units/live.md#words-heard-while-they-are-said). The corpus' speaker is not said to speak, so what hears knows
 // nothing of him. For comparison labels, and words and phones as they are heard in the whole sound, told a stream
 // that knows all of them.
 //   stream_captured CORPUS LOOK_AHEAD_S TAKES ROWS        ROWS: of l(abels), w(ords), p(hones), s(tream of sound),
@@ -19,6 +19,7 @@
 #include "hearing/recognition/recogniser.h"
 #include "mouthpiece/speaker.h"
 #include "speaker/shared_files.h"
+#include "streamed_labels.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -40,12 +41,7 @@ MotionClip pulledFrom(LiveStream& stream, const std::vector<std::string>& marker
 
 MotionClip followed(const Speaker& speaker, const SpeechLabels& labels, const std::vector<std::string>& markers) {
   LiveStream stream = speaker.live({.look_ahead = kWhole, .source = LiveOptions::Source::kLabels});
-  for (const LabelledPhone& phone : labels.phones) {
-    std::string name = phone.phone == Phone::kSil ? "sil" : std::string(phoneName(phone.phone));
-    if (phone.syllable && isVowel(phone.phone))
-      name += std::to_string(static_cast<int>(labels.syllables[*phone.syllable].stress));
-    stream.push(LivePhone{name, phone.span, phone.word});
-  }
+  pushLabels(stream, labels);
   return pulledFrom(stream, markers);
 }
 

@@ -20,6 +20,7 @@
 #include "mouthpiece/mouthpiece.h"
 #include "mouthpiece/speaker.h"
 #include "speaker/speaker_data.h"
+#include "streamed_labels.h"
 
 namespace mouthpiece {
 namespace {
@@ -44,12 +45,7 @@ MotionClip pulledFrom(LiveStream& stream, const std::vector<std::string>& marker
 MotionClip followed(const Speaker& speaker, const SpeechLabels& labels, Seconds look_ahead,
                     const std::vector<std::string>& markers) {
   LiveStream stream = speaker.live({.look_ahead = look_ahead, .source = LiveOptions::Source::kLabels});
-  for (const LabelledPhone& phone : labels.phones) {
-    std::string name = phone.phone == Phone::kSil ? "sil" : std::string(phoneName(phone.phone));
-    if (phone.syllable && isVowel(phone.phone))
-      name += std::to_string(static_cast<int>(labels.syllables[*phone.syllable].stress));
-    stream.push(LivePhone{name, phone.span, phone.word});
-  }
+  pushLabels(stream, labels);
   return pulledFrom(stream, markers);
 }
 
