@@ -1,6 +1,7 @@
 // Lays the control surface along the skin of a mesh.
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -76,12 +77,18 @@ LipSide lipOf(const ControlMesh& control, std::size_t t) {
 class UnrolledSkin {
  public:
   UnrolledSkin(const FaceMesh& mesh, const Cylinder& cylinder)
-      : mesh_(mesh),
-        cylinder_(cylinder),
-        plane_(mesh.vertices.rows(), 2),
-        skin_(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})) {
+      : mesh_(mesh), cylinder_(cylinder), plane_(mesh.vertices.rows(), 2) {
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
       plane_.row(v) = cylinder.unrolled(pointAt(mesh.vertices, v)).transpose();
+    if (plane_.rows() == 0) return;
+    left_ = plane_.col(0).minCoeff();
+    column_ = (plane_.col(0).maxCoeff() - left_) / kColumns;
+    for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})) {
+      const auto [from, to] = std::minmax({plane_(t[0], 0), plane_(t[1], 0), plane_(t[2], 0)});
+      // A triangle across the seam behind the head spans the plane; it is none of the face's.
+      if (to - from > cylinder_.radius) continue;
+      for (std::size_t c = columnOf(from); c <= columnOf(to); ++c) columns_[c].push_back(t);
+    }
   }
 
   /// The skin over `p` nearest to `near`, no further from it than `reach`, that faces outwards.
@@ -89,12 +96,10 @@ class UnrolledSkin {
                                                     double reach) const {
     std::optional<Eigen::Vector3d> best;
     double nearest = reach;
-    for (const Triangle& t : skin_) {
+    for (const Triangle& t : columns_[columnOf(p.x())]) {
       const Eigen::RowVector2d a = plane_.row(t[0]), b = plane_.row(t[1]), c = plane_.row(t[2]);
       if (std::max({a.x(), b.x(), c.x()}) < p.x() || std::min({a.x(), b.x(), c.x()}) > p.x()) continue;
       if (std::max({a.y(), b.y(), c.y()}) < p.y() || std::min({a.y(), b.y(), c.y()}) > p.y()) continue;
-      // A triangle across the seam behind the head spans the plane; it is none of the face's.
-      if (std::max({a.x(), b.x(), c.x()}) - std::min({a.x(), b.x(), c.x()}) > cylinder_.radius) continue;
       Eigen::Matrix2d sides;
       sides << (a - c).transpose(), (b - c).transpose();
       const Eigen::Vector2d uv = sides.inverse() * (p - c.transpose());
@@ -113,10 +118,17 @@ class UnrolledSkin {
  private:
   [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const { return pointAt(mesh_.vertices, v); }
 
+  [[nodiscard]] std::size_t columnOf(double x) const {
+    const double at = column_ > 0 ? (x - left_) / column_ : 0;
+    return unsignedIndex(wholePart(std::clamp(at, 0.0, kColumns - 1.0)));
+  }
+
+  static constexpr int kColumns = 256;
   const FaceMesh& mesh_;
   Cylinder cylinder_;
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> plane_;
-  std::vector<Triangle> skin_;
+  double left_ = 0, column_ = 0;                         ///< of the plane's triangles, in columns of x
+  std::array<std::vector<Triangle>, kColumns> columns_;  ///< those that reach into each
 };
 
 class Fitter {

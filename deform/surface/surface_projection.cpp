@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
@@ -12,11 +13,11 @@
 namespace mouthpiece {
 namespace {
 
-constexpr int kLattice = 4;                                            ///< samples along a patch's edge, less one
-constexpr std::size_t kSamples = (kLattice + 1) * (kLattice + 2) / 2;  ///< of a patch
-constexpr std::size_t kCandidates = 12;                                ///< patches tried for each point
+constexpr std::size_t kCandidates = 12;  ///< patches tried for each point
 constexpr int kMaxSteps = 30;
 constexpr double kConverged = 1e-12;  ///< step in u and v
+
+constexpr std::array<CubicNet, 10> kWholeNet{k300, k210, k201, k120, k111, k102, k030, k021, k012, k003};
 
 using Patch = BezierSurface::Patch;
 
@@ -85,12 +86,26 @@ std::optional<Local> closestInside(const Patch& patch, const Eigen::Vector3d& po
   return Local{u, v, here.squared_distance};
 }
 
+/// No place of the hull of some of a patch's points is nearer to `point`, squared: a curve or patch stays in its points' hull.
+double leastSquared(const Patch& patch, std::span<const CubicNet> points, const Eigen::Vector3d& point) {
+  Eigen::Array3d low = patch.net[points[0]].array(), high = low;
+  for (const CubicNet at : points) {
+    low = low.min(patch.net[at].array());
+    high = high.max(patch.net[at].array());
+  }
+  return (low - point.array()).max(point.array() - high).max(0.0).matrix().squaredNorm();
+}
+
 /// The nearest point of the patch's edges: each is searched by Newton's method in one variable.
 Local closestOnEdges(const Patch& patch, const Eigen::Vector3d& point) {
   constexpr std::array<std::array<double, 4>, 3> kEdges{
       {{1, 0, -1, 1}, {0, 1, 0, -1}, {0, 0, 1, 0}}};  // u, v, their change
+  constexpr std::array<std::array<CubicNet, 4>, 3> kEdgePoints{
+      {{k300, k210, k120, k030}, {k030, k021, k012, k003}, {k003, k102, k201, k300}}};
   Local best;
-  for (const auto& [u0, v0, du, dv] : kEdges) {
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    if (leastSquared(patch, kEdgePoints[edge], point) >= best.squared_distance) continue;
+    const auto& [u0, v0, du, dv] = kEdges[edge];
     const Eigen::Vector2d along(du, dv);
     double way = 0.5;
     Local start;
@@ -150,19 +165,22 @@ SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMe
     for (std::size_t k = 0; k < 3; ++k)
       border_[t][k] = !edges.contains({mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]});
   }
-  for (const Patch& patch : patches_) {
-    Ball ball{Eigen::Vector3f::Zero(), 0};
+  balls_.resize(signedIndex(patches_.size()), 4);
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    Samples& samples = samples_.emplace_back();
+    int row = 0;
     for (int i = 0; i <= kLattice; ++i) {
-      for (int j = 0; i + j <= kLattice; ++j) {
-        const SurfacePoint s = evaluate(patch, asReal(i) / kLattice, asReal(j) / kLattice);
-        samples_.push_back({s.position.cast<float>(), s.normal().cast<float>()});
-        ball.centre += samples_.back().position / asFloat(kSamples);
+      for (int j = 0; i + j <= kLattice; ++j, ++row) {
+        const SurfacePoint s = evaluate(patches_[p], asReal(i) / kLattice, asReal(j) / kLattice);
+        samples.position.row(row) = s.position.cast<float>().transpose().array();
+        samples.normal.row(row) = s.normal().cast<float>().transpose().array();
       }
     }
-    for (auto sample = samples_.end() - kSamples; sample != samples_.end(); ++sample) {
-      ball.radius = std::max(ball.radius, (sample->position - ball.centre).norm());
-    }
-    balls_.push_back(ball);
+    samples.position.row(kSamples) = samples.position.row(kSamples - 1);
+    samples.normal.row(kSamples) = samples.normal.row(kSamples - 1);
+    const Eigen::RowVector3f centre = samples.position.topRows<kSamples>().colwise().mean();
+    const float radius = (samples.position.matrix().rowwise() - centre).rowwise().norm().maxCoeff();
+    balls_.row(signedIndex(p)) << centre.x(), centre.y(), centre.z(), radius;
   }
 }
 
@@ -171,28 +189,41 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   const Eigen::Vector3f p = point.cast<float>();
   const Eigen::Vector3f n = normal.cast<float>();
   const bool any_normal = normal.isZero();
-  // The patches whose samples come nearest.
+  // The patches whose samples come nearest; those are looked into first whose balls do, so that few others need be.
+  const Eigen::ArrayXf off = ((balls_.col(0) - p.x()).square() + (balls_.col(1) - p.y()).square() +
+                              (balls_.col(2) - p.z()).square())
+                                 .sqrt() -
+                             balls_.col(3);
   std::array<std::pair<float, std::uint32_t>, kCandidates> nearest;
   nearest.fill({std::numeric_limits<float>::infinity(), 0});
-  for (std::uint32_t patch = 0; patch < balls_.size(); ++patch) {
-    if ((marks_[patch / 3] & forbidden) != 0) continue;
-    const float off = (balls_[patch].centre - p).norm() - balls_[patch].radius;
-    if (off > 0 && off * off >= nearest.back().first) continue;
-    float squared = std::numeric_limits<float>::infinity();
-    for (const Sample* sample = &samples_[kSamples * patch]; sample != &samples_[kSamples * patch] + kSamples;
-         ++sample) {
-      if (!any_normal && sample->normal.dot(n) < asFloat(least_cosine)) continue;
-      squared = std::min(squared, (sample->position - p).squaredNorm());
+  const float soon = std::max(off.minCoeff(), 0.0F) + balls_.col(3).mean();
+  for (const bool is_soon : {true, false}) {
+    for (std::uint32_t patch = 0; patch < samples_.size(); ++patch) {
+      const float ball = off[patch];
+      if ((ball <= soon) != is_soon || (marks_[patch / 3] & forbidden) != 0) continue;
+      if (ball > 0 && ball * ball > nearest.back().first) continue;
+      const Samples& at = samples_[patch];
+      Eigen::Array<float, kSamples + 1, 1> squared =
+          (at.position.col(0) - p.x()).square() +
+          ((at.position.col(1) - p.y()).square() + (at.position.col(2) - p.z()).square());
+      if (!any_normal) {
+        const Eigen::Array<float, kSamples + 1, 1> cosine =
+            at.normal.col(0) * n.x() + (at.normal.col(1) * n.y() + at.normal.col(2) * n.z());
+        squared = (cosine < asFloat(least_cosine)).select(std::numeric_limits<float>::infinity(), squared);
+      }
+      const std::pair here(squared.minCoeff(), patch);
+      if (here >= nearest.back()) continue;
+      const auto place = std::upper_bound(nearest.begin(), nearest.end(), here);
+      std::move_backward(place, nearest.end() - 1, nearest.end());
+      *place = here;
     }
-    if (squared >= nearest.back().first) continue;
-    nearest.back() = {squared, patch};
-    std::sort(nearest.begin(), nearest.end());
   }
   std::optional<SurfaceFoot> best;
   for (const auto& [squared, patch] : nearest) {
     if (!std::isfinite(squared)) break;
     // The patch's nearest point is at most about half its size from its nearest sample.
-    if (best && std::sqrt(double{squared}) - 0.5 * double{balls_[patch].radius} > best->distance) continue;
+    if (best && std::sqrt(double{squared}) - 0.5 * double{balls_(patch, 3)} > best->distance) continue;
+    if (best && leastSquared(patches_[patch], kWholeNet, point) >= best->distance * best->distance) continue;
     const Local local = closestOnPatch(patches_[patch], point);
     if (best && local.squared_distance >= best->distance * best->distance) continue;
     if (!any_normal && evaluate(patches_[patch], local.u, local.v).normal().dot(normal) < least_cosine) continue;

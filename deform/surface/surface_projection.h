@@ -30,20 +30,18 @@ class SurfaceProjector {
                                                    double least_cosine, std::uint32_t forbidden) const;
 
  private:
-  struct Sample {
-    Eigen::Vector3f position;
-    Eigen::Vector3f normal;
-  };
-  /// All samples of a patch lie in its ball.
-  struct Ball {
-    Eigen::Vector3f centre;
-    float radius;
+  static constexpr int kLattice = 4;  ///< samples along a patch's edge, less one
+  static constexpr int kSamples = (kLattice + 1) * (kLattice + 2) / 2;
+  /// Places of a patch, the last one twice, and the normals there: a row each.
+  struct Samples {
+    Eigen::Array<float, kSamples + 1, 3> position, normal;
   };
   const BezierSurface::Pose& patches_;
   std::vector<std::uint32_t> marks_;
   std::vector<std::array<bool, 3>> border_;  ///< a triangle's edge from corner k to k + 1 has no neighbour
-  std::vector<Sample> samples_;              ///< kSamples a patch
-  std::vector<Ball> balls_;
+  std::vector<Samples> samples_;             ///< a patch each
+  /// A ball a patch that all its samples lie in: x, y, z of its centre, and its radius.
+  Eigen::ArrayX4f balls_;
 };
 
 /// Which of `points` (x y) lie within what the markers span, seen from the front: their convex hull.
