@@ -15,7 +15,7 @@ const complaints = [];
 const requests = [];
 
 async function openDesk() {
-  const page = await browser.newPage({ viewport: { width: 1360, height: 880 }, colorScheme: 'light' });
+  const page = await browser.newPage({ viewport: { width: 1360, height: 880 }, deviceScaleFactor: 0.5, colorScheme: 'light' });
   listen(page, complaints, /status of 400/);
   page.on('request', (request) => requests.push(request.url()));
   await page.goto(server.address);

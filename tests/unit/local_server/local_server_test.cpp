@@ -254,6 +254,19 @@ TEST(LocalServer, NamesDownloadsAndServesOneRange) {
   EXPECT_EQ(client.Get("/file", heads)->status, 416);
 }
 
+/// The way is short: packing a page's megabytes takes seconds.
+TEST(LocalServer, SendsPagesUnpacked) {
+  const Served served;
+  httplib::Headers heads = served.token();
+  heads.emplace("Accept-Encoding", "gzip, br");
+  auto client = served.client();
+  client.set_decompress(false);
+  const auto reply = client.Get("/", heads);
+  ASSERT_TRUE(reply);
+  EXPECT_FALSE(reply->has_header("Content-Encoding"));
+  EXPECT_EQ(reply->body, "<p>page</p>");
+}
+
 TEST(LocalServer, AnswersMoreAtATimeThanItHasThreads) {
   LocalServerOptions options;
   options.threads = 2;
