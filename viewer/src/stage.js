@@ -90,6 +90,7 @@ export class Stage {
     if (this.clip) this.mixer.clipAction(this.clip).play();
     this.focus = focus ?? new Box3().setFromObject(this.face);
     this.#light();
+    this.#resize();  // not first drawn in another size: where no graphics card draws, a picture takes a second
     this.resetView();
     this.setTime(0);
   }
@@ -218,7 +219,8 @@ export class Stage {
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    if (width === 0 || height === 0) return;
+    if (width === 0 || height === 0 || (width === this.width && height === this.height)) return;
+    Object.assign(this, { width, height });
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

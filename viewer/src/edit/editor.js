@@ -76,10 +76,12 @@ export class Editor {
 
   /** The face as it is with the edits; called once it is there. */
   setFace(tracks) {
+    this.engine = null;
     this.preview = new Preview(this.data, tracks);
     this.markers = this.page.controlPoints.control.positions;
     this.#refresh();
     Engine.start().then((engine) => {
+      if (!engine) return;
       this.engine = engine;
       this.#refresh();
     }, (error) => this.#say(`This page cannot make the line again by itself: ${error.message}`));
