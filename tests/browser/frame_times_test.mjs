@@ -11,6 +11,7 @@ const LIMIT_MS = 17;
 const SHARE = 0.95;
 const WATCHED_S = 15;
 const STRETCHES = 3;
+const LEAST_PICTURES = 15;
 
 const [, , pageFile] = process.argv;
 if (!pageFile) {
@@ -45,11 +46,12 @@ async function timesFrom(start) {
 }
 
 // Other work on the machine makes times longer, never shorter: the best stretch tells what the page needs.
-const stretches = [];
-for (let i = 0; i < STRETCHES; ++i) stretches.push(await timesFrom(i * (duration / STRETCHES)));
-await browser.close();
-for (const times of stretches)
+let best;
+for (let i = 0; i < STRETCHES && !(best?.length >= LEAST_PICTURES && at(best, SHARE) < LIMIT_MS); ++i) {
+  const times = await timesFrom(i * (duration / STRETCHES));
   console.log(`${times.length} pictures, script in ms: median ${at(times, 0.5).toFixed(1)}, 95 % ${at(times, SHARE).toFixed(1)}, worst ${times.at(-1).toFixed(1)} (${shapes} shapes, ${duration.toFixed(0)} s)`);
-const best = stretches.reduce((a, b) => (at(a, SHARE) < at(b, SHARE) ? a : b));
-assert.ok(best.length >= 15, `only ${best.length} pictures in ${WATCHED_S} s`);
+  if (!best || at(times, SHARE) < at(best, SHARE)) best = times;
+}
+await browser.close();
+assert.ok(best.length >= LEAST_PICTURES, `only ${best.length} pictures in ${WATCHED_S} s`);
 assert.ok(at(best, SHARE) < LIMIT_MS, `95 % of the pictures within ${at(best, SHARE).toFixed(1)} ms; expected ${LIMIT_MS}`);

@@ -130,7 +130,7 @@ const checks = {
       mouthpiece.setSpeed(1);
       return { seen, ended: !mouthpiece.playing };
     }, speed);
-    let samples = await playAt(0.5);
+    let samples = await playAt(0.25);
     // Drawn by a busy processor a picture may take a second: slower then, so that there are enough of them.
     if (samples.seen.length < 12) samples = await playAt(0.1);
     await page.setViewportSize({ width: 1280, height: 860 });
@@ -179,6 +179,7 @@ const checks = {
   },
 
   async 'wireframe, markers and turning change the picture'(page) {
+    await page.setViewportSize({ width: 700, height: 620 });  // lines are slow to draw without a graphics card
     await drawn(page);
     let before = await viewPicture(page);
     for (const id of ['wireframe', 'markers']) {
@@ -199,6 +200,7 @@ const checks = {
     await drawn(page);
     assert.notEqual(await viewPicture(page), before, 'turning');
     await page.locator('#reset-view').click();
+    await page.setViewportSize({ width: 1280, height: 860 });
   },
 
   async 'parts are hidden and shown by keys'(page) {
