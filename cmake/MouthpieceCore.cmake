@@ -52,6 +52,19 @@ mouthpiece_embed(mouthpiece_core kFace66LayoutJson sample_data/layouts/face66.js
 mouthpiece_embed(mouthpiece_core kArkitMarkersJson sample_data/arkit/face66_shapes.json)
 mouthpiece_embed(mouthpiece_core kGenericPosesJson sample_data/visemes/generic_poses.json)
 mouthpiece_core_options(mouthpiece_core)
+if(MOUTHPIECE_UNITY)  # a room's sources at a time: names of two rooms may meet
+  foreach(source ${core_sources})
+    get_filename_component(folder ${source} ABSOLUTE)
+    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${folder})
+    get_filename_component(folder ${folder} DIRECTORY)
+    string(REPLACE "/" "_" folder ${folder})
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder})
+  endforeach()
+  # Their constants inside functions have names that other files of the room have outside: clang calls that shadowing.
+  set_source_files_properties(deform/mesh/head_topology.cpp deform/mesh/triangle_tree.cpp deform/mesh/welding.cpp
+    PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_target_properties(mouthpiece_core PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endif()
 
 if(NOT EMSCRIPTEN)
   include(MouthpieceCoreTests)

@@ -6,20 +6,6 @@ add_subdirectory(src/page_engine)
 mouthpiece_core_options(mouthpiece_page_engine)
 target_link_libraries(mouthpiece_page_engine PRIVATE mouthpiece_core)
 target_link_libraries(mouthpiece_core PUBLIC mouthpiece_page_engine Threads::Threads)
-if(MOUTHPIECE_UNITY)  # a room's sources at a time: names of two rooms may meet
-  foreach(source ${core_sources})
-    get_filename_component(folder ${source} ABSOLUTE)
-    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${folder})
-    get_filename_component(folder ${folder} DIRECTORY)
-    string(REPLACE "/" "_" folder ${folder})
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder})
-  endforeach()
-  # Their constants inside functions have names that other files of the room have outside: clang calls that shadowing.
-  set_source_files_properties(deform/mesh/head_topology.cpp deform/mesh/triangle_tree.cpp deform/mesh/welding.cpp
-    PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  set_target_properties(mouthpiece_core PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-endif()
-
 if(MOUTHPIECE_TESTS)
   find_path(googletest_sources NAMES googletest/CMakeLists.txt PATHS /usr/src/googletest NO_DEFAULT_PATH)
   if(NOT googletest_sources)

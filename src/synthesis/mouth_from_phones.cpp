@@ -102,15 +102,15 @@ bool isSealed(const LabelledPhone& said) { return partingOf(said) == 0; }
 /// silence seals only so far from what is said through parted lips that no seal is left there. Beside F and V it seals
 /// as B does (kLateSeal).
 SpeechLabels sealing(const SpeechLabels& labels) {
-  constexpr Seconds kReach = kSeal.transition - kSeal.inside;
+  constexpr Seconds kSealReach = kSeal.transition - kSeal.inside;
   const auto waits = [](const LabelledPhone& said) { return isSealed(said) || isLabiodental(said.phone); };
   SpeechLabels sealing;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
     if (!isSealed(labels.phones[i])) continue;
     LabelledPhone& said = sealing.phones.emplace_back(labels.phones[i]);
     if (said.phone != Phone::kSil) continue;
-    if (i > 0 && !waits(labels.phones[i - 1])) said.span.start += kReach;
-    if (i + 1 < labels.phones.size() && !waits(labels.phones[i + 1])) said.span.end -= kReach;
+    if (i > 0 && !waits(labels.phones[i - 1])) said.span.start += kSealReach;
+    if (i + 1 < labels.phones.size() && !waits(labels.phones[i + 1])) said.span.end -= kSealReach;
   }
   return sealing;
 }
