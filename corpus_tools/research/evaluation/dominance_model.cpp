@@ -67,24 +67,35 @@ std::vector<Eigen::Index> lipColumnsOf(const MarkerLayout& layout) {
 
 }  // namespace
 
-Eigen::MatrixXd DominanceModel::sharesOf(const SpeechLabels& labels, std::span<const Seconds> times) const {
-  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(std::ssize(times), kPhoneCount);
+Eigen::VectorXd DominanceModel::dominanceOf(Phone phone, const PhoneParameters& own, const SpeechLabels& labels,
+                                            std::span<const Seconds> times) const {
   constexpr double kLeast = 1e-12;
-  for (std::size_t row = 0; row < times.size(); ++row) {
-    const auto at = signedIndex(row);
-    // Far from every phone all dominances underflow; the mouth rests there.
-    shares(at, static_cast<Eigen::Index>(Phone::kSil)) = kLeast;
-    for (const LabelledPhone& phone : labels.phones) {
-      const PhoneParameters& own = parameters_[static_cast<std::size_t>(phone.phone)];
-      // A long silence holds its target to its edge; a middle alone would let go of it.
-      const Seconds before = (phone.phone == Phone::kSil ? phone.span.start : phone.span.middle()) - times[row];
-      const Seconds after = times[row] - (phone.phone == Phone::kSil ? phone.span.end : phone.span.middle());
+  // Far from every phone all dominances underflow; the mouth rests there.
+  Eigen::VectorXd dominance = Eigen::VectorXd::Constant(std::ssize(times), phone == Phone::kSil ? kLeast : 0);
+  for (const LabelledPhone& said : labels.phones) {
+    if (said.phone != phone) continue;
+    // A long silence holds its target to its edge; a middle alone would let go of it.
+    const Seconds from = phone == Phone::kSil ? said.span.start : said.span.middle();
+    const Seconds to = phone == Phone::kSil ? said.span.end : said.span.middle();
+    for (std::size_t row = 0; row < times.size(); ++row) {
+      const Seconds before = from - times[row], away = std::max({0.0, before, times[row] - to});
       const double rate = before > 0 ? own.rate_before : own.rate_after;
-      const Seconds away = std::max({0.0, before, after});
-      shares(at, static_cast<Eigen::Index>(phone.phone)) += own.magnitude * std::exp(-rate * std::pow(away, power_));
+      dominance[signedIndex(row)] += own.magnitude * std::exp(-rate * std::pow(away, power_));
     }
   }
-  return shares.array().colwise() / shares.rowwise().sum().array();
+  return dominance;
+}
+
+Eigen::MatrixXd DominanceModel::dominancesOf(const SpeechLabels& labels, std::span<const Seconds> times) const {
+  Eigen::MatrixXd all(std::ssize(times), kPhoneCount);
+  for (std::size_t phone = 0; phone < kPhoneCount; ++phone)
+    all.col(signedIndex(phone)) = dominanceOf(static_cast<Phone>(phone), parameters_[phone], labels, times);
+  return all;
+}
+
+Eigen::MatrixXd DominanceModel::sharesOf(const SpeechLabels& labels, std::span<const Seconds> times) const {
+  const Eigen::MatrixXd dominances = dominancesOf(labels, times);
+  return dominances.array().colwise() / dominances.rowwise().sum().array();
 }
 
 MotionClip DominanceModel::animate(const SpeechLabels& labels, double frame_rate_hz, std::size_t frames) const {
@@ -109,20 +120,52 @@ Eigen::MatrixXd bestTargets(const DominanceModel& model, const std::vector<Domin
   return normal.ldlt().solve(right);
 }
 
-double errorOf(const DominanceModel& model, const std::vector<DominanceTake>& takes, const Eigen::MatrixXd& targets,
-               std::size_t only) {
-  double sum = 0;
-  for (const DominanceTake& take : takes) {
-    const auto& phones = take.labels->phones;
-    const bool concerns = only == kPhoneCount || std::any_of(phones.begin(), phones.end(), [&](const LabelledPhone& p) {
-                            return static_cast<std::size_t>(p.phone) == only;
-                          });
-    if (concerns) sum += (model.sharesOf(*take.labels, take.times) * targets - take.poses).squaredNorm();
-  }
-  return sum;
-}
-
 }  // namespace
+
+/// What a model with given targets is off a take, told anew where one phone's parameters change.
+class DominanceModel::Trial {
+ public:
+  Trial(const DominanceModel& model, const DominanceTake& take, const Eigen::MatrixXd& targets)
+      : take_(take), targets_(targets), dominances_(model.dominancesOf(*take.labels, take.times)) {
+    sum_ = dominances_.rowwise().sum();
+    moved_ = dominances_ * targets;
+  }
+
+  [[nodiscard]] bool says(std::size_t phone) const {
+    return std::any_of(take_.labels->phones.begin(), take_.labels->phones.end(),
+                       [&](const LabelledPhone& said) { return static_cast<std::size_t>(said.phone) == phone; });
+  }
+
+  [[nodiscard]] double error() const { return errorWith(moved_, sum_); }
+
+  /// The error of a model that differs in `phone` alone.
+  [[nodiscard]] double errorOf(const DominanceModel& model, std::size_t phone) const {
+    const Eigen::VectorXd more = moreOf(model, phone);
+    return errorWith(moved_ + more * targets_.row(signedIndex(phone)), sum_ + more);
+  }
+
+  void take(const DominanceModel& model, std::size_t phone) {
+    const Eigen::VectorXd more = moreOf(model, phone);
+    moved_ += more * targets_.row(signedIndex(phone));
+    sum_ += more;
+    dominances_.col(signedIndex(phone)) += more;
+  }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd moreOf(const DominanceModel& model, std::size_t phone) const {
+    return model.dominanceOf(static_cast<Phone>(phone), model.parameters_[phone], *take_.labels, take_.times) -
+           dominances_.col(signedIndex(phone));
+  }
+  [[nodiscard]] double errorWith(const Eigen::MatrixXd& moved, const Eigen::VectorXd& sum) const {
+    return ((moved.array().colwise() / sum.array()).matrix() - take_.poses).squaredNorm();
+  }
+
+  const DominanceTake& take_;
+  const Eigen::MatrixXd& targets_;  ///< phones x columns
+  Eigen::MatrixXd dominances_;      ///< times x phones
+  Eigen::VectorXd sum_;
+  Eigen::MatrixXd moved_;  ///< the dominances' targets, added up: times x columns
+};
 
 DominanceModel DominanceModel::fit(const Corpus& corpus) {
   MOUTHPIECE_EXPECT(!corpus.takes.empty());
@@ -143,7 +186,9 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
       candidate.power_ = power;
       const double rate = std::pow(1 / reach, power);
       candidate.parameters_.fill({1, rate, rate});
-      const double error = errorOf(candidate, some, bestTargets(candidate, some), kPhoneCount);
+      const Eigen::MatrixXd targets = bestTargets(candidate, some);
+      double error = 0;
+      for (const DominanceTake& take : some) error += Trial(candidate, take, targets).error();
       if (!(error < least)) continue;
       least = error;
       start = candidate;
@@ -152,20 +197,32 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
   model = start;
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::MatrixXd targets = bestTargets(model, some);
+    std::vector<Trial> trials;
+    for (const DominanceTake& take : some) trials.emplace_back(model, take, targets);
     for (std::size_t phone = 0; phone < kPhoneCount; ++phone) {
-      double own = errorOf(model, some, targets, phone);
-      if (!(own > 0)) continue;  // nobody says it
+      std::vector<Trial*> concerned;
+      for (Trial& trial : trials) {
+        if (trial.says(phone)) concerned.push_back(&trial);
+      }
+      if (concerned.empty()) continue;
+      const auto errorOf = [&](const DominanceModel& candidate) {
+        double sum = 0;
+        for (const Trial* trial : concerned) sum += trial->errorOf(candidate, phone);
+        return sum;
+      };
+      double own = errorOf(model);
       for (const auto field :
            {&PhoneParameters::magnitude, &PhoneParameters::rate_before, &PhoneParameters::rate_after}) {
         for (const double factor : kSteps) {
           DominanceModel candidate = model;
           candidate.parameters_[phone].*field *= factor;
-          const double error = errorOf(candidate, some, targets, phone);
+          const double error = errorOf(candidate);
           if (!(error < own)) continue;
           own = error;
           model = candidate;
         }
       }
+      for (Trial* trial : concerned) trial->take(model, phone);
     }
   }
   model.targets_ = bestTargets(model, all);

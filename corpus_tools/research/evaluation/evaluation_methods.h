@@ -67,6 +67,12 @@ class DominanceModel {
   [[nodiscard]] Eigen::MatrixXd sharesOf(const SpeechLabels& labels, std::span<const Seconds> times) const;
 
  private:
+  class Trial;
+  /// The dominance at `times` of all that is said of `phone`, each by `own`.
+  [[nodiscard]] Eigen::VectorXd dominanceOf(Phone phone, const PhoneParameters& own, const SpeechLabels& labels,
+                                            std::span<const Seconds> times) const;
+  /// times x kPhoneCount.
+  [[nodiscard]] Eigen::MatrixXd dominancesOf(const SpeechLabels& labels, std::span<const Seconds> times) const;
   std::vector<std::string> marker_names_;
   Eigen::RowVectorXd mean_;
   Eigen::MatrixXd targets_;  ///< phones x (3 * markers), mm from the mean pose
