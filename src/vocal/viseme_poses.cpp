@@ -26,12 +26,6 @@ struct Observations {
 constexpr Seconds kUnrest = 0.25;  ///< beside speech, when a silent face still moves
 constexpr double kRateHz = 25;     ///< of the frames learnt from, at least
 
-std::vector<Seconds> frameTimesOf(const MotionClip& motion) {
-  std::vector<Seconds> times;
-  for (std::size_t frame = 0; frame < motion.frameCount(); ++frame) times.push_back(motion.timeOf(FrameIndex(frame)));
-  return times;
-}
-
 /// Frames within the phones or a little beside them; the face at rest says nothing about visemes.
 bool isNearSpeech(const SpeechLabels& labels, Seconds time) {
   constexpr Seconds kMargin = 0.3;
@@ -57,49 +51,54 @@ Eigen::RowVectorXd restOf(const PoseTake& take, const Eigen::RowVectorXd& neutra
   return count > 0 ? Eigen::RowVectorXd(sum / count) : neutral;
 }
 
+/// Of those near speech in which all is seen, so many as tell something new: neighbours of a fast capture say the same.
+std::vector<std::size_t> framesToLearnFrom(const PoseTake& take) {
+  const auto stride = static_cast<std::size_t>(std::max(1.0, std::floor(take.motion->frame_rate_hz / kRateHz)));
+  std::vector<std::size_t> frames;
+  for (std::size_t frame = 0; frame < take.motion->frameCount(); frame += stride) {
+    const bool tells = isNearSpeech(*take.labels, take.motion->timeOf(FrameIndex(frame))) &&
+                       take.motion->positions_mm.row(signedIndex(frame)).allFinite();
+    if (tells) frames.push_back(frame);
+  }
+  return frames;
+}
+
 Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& neutral) {
   const Eigen::Map<const Eigen::RowVectorXd> rest(neutral.data(), neutral.size());
-  std::size_t most = 0;
-  for (const PoseTake& take : takes) most += take.motion->frameCount();
+  std::vector<std::vector<std::size_t>> frames_of;
+  std::size_t rows = 0;
+  for (const PoseTake& take : takes) rows += frames_of.emplace_back(framesToLearnFrom(take)).size();
   Observations all;
-  all.displacements.resize(signedIndex(most), rest.size());
-  all.lips.setZero(signedIndex(most), kVisemes);
-  all.jaw.setZero(signedIndex(most), kVisemes);
+  all.displacements.resize(signedIndex(rows), rest.size());
+  all.lips.setZero(signedIndex(rows), kVisemes);
+  all.jaw.setZero(signedIndex(rows), kVisemes);
   Eigen::Index row = 0;
+  auto frames_now = frames_of.begin();
   for (const PoseTake& take : takes) {
     const Eigen::Index first_row = row;
     const Eigen::RowVectorXd own_rest = restOf(take, rest);
-    const std::vector<Seconds> times = frameTimesOf(*take.motion);
+    const std::vector<std::size_t>& frames = *frames_now++;
+    std::vector<Seconds> times;
+    for (const std::size_t frame : frames) times.push_back(take.motion->timeOf(FrameIndex(frame)));
     const CurveSet curves = visemeCurves(*take.labels, {}, {});
-    Eigen::MatrixXd lips = Eigen::MatrixXd::Zero(signedIndex(times.size()), kVisemes);
-    Eigen::MatrixXd jaw = lips;
     for (Eigen::Index v = 1; v < kVisemes; ++v) {
       const auto viseme = static_cast<Viseme>(v);
       const AnimationCurve* lip_curve = findCurve(curves, visemeName(viseme));
       const AnimationCurve* jaw_curve = findCurve(curves, jawCurveName(viseme));
       if (lip_curve == nullptr) continue;
       const std::vector<double> values = sampleCurve(*lip_curve, times);
-      lips.col(v) = Eigen::Map<const Eigen::VectorXd>(values.data(), lips.rows());
       const std::vector<double> jaw_values = jaw_curve == nullptr ? values : sampleCurve(*jaw_curve, times);
-      jaw.col(v) = Eigen::Map<const Eigen::VectorXd>(jaw_values.data(), jaw.rows());
+      for (std::size_t k = 0; k < times.size(); ++k) {
+        all.lips(row + signedIndex(k), v) = values[k];
+        all.jaw(row + signedIndex(k), v) = jaw_values[k];
+      }
     }
-    // Neighbouring frames of a fast capture say the same.
-    const auto stride = static_cast<std::size_t>(std::max(1.0, std::floor(take.motion->frame_rate_hz / kRateHz)));
-    for (std::size_t k = 0; k < times.size(); k += stride) {
-      const auto frame = signedIndex(k);
-      if (!isNearSpeech(*take.labels, times[k]) || !take.motion->positions_mm.row(frame).allFinite()) continue;
-      all.displacements.row(row) = take.motion->positions_mm.row(frame) - own_rest;
-      all.lips.row(row) = lips.row(frame);
-      all.jaw.row(row) = jaw.row(frame);
-      ++row;
-    }
+    for (const std::size_t frame : frames)
+      all.displacements.row(row++) = take.motion->positions_mm.row(signedIndex(frame)) - own_rest;
     const Eigen::Index count = row - first_row;
     if (count == 0) continue;
     for (Eigen::Index v = 0; v < kVisemes; ++v) all.activity(v) += all.jaw.col(v).segment(first_row, count).sum();
   }
-  all.displacements.conservativeResize(row, Eigen::NoChange);
-  all.lips.conservativeResize(row, Eigen::NoChange);
-  all.jaw.conservativeResize(row, Eigen::NoChange);
   return all;
 }
 
