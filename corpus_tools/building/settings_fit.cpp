@@ -13,6 +13,7 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/building/settings_search.h"
 #include "motion/resample.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
 #include "units/selection/unit_database.h"
 
@@ -157,6 +158,7 @@ class Trial {
       if (rate != take.motion.frame_rate_hz) take.motion = resampleClip(take.motion, rate);
     }
     database_.emplace(rest_);
+    curves_.emplace(*database_);
   }
 
   /// From here on lines are made as a corpus with that mixture makes them.
@@ -189,6 +191,7 @@ class Trial {
     SynthesisRequest request{judge.text, "", judge.labels, {}, {}};
     request.options.frame_rate_hz = judge.motion.frame_rate_hz;
     request.options.selection.method = SelectionMethod::kViterbi;
+    request.options.curves.model = &*curves_;
     return request;
   }
 
@@ -252,6 +255,7 @@ class Trial {
   Corpus rest_;
   std::vector<CorpusTake> judges_;
   std::optional<UnitDatabase> database_;
+  std::optional<CurveModel> curves_;  ///< learnt once for all lines
 };
 
 /// Lines with each way of keeping contacts; what is below them is made once.

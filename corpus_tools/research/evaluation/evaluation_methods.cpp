@@ -198,8 +198,10 @@ EvaluationMethod withoutNetworks(std::string name, const Corpus& corpus) {
 EvaluationMethod predictionMethod(std::string name, const UnitDatabase& database) {
   SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
   options.context.fragments = options.context.keep_contacts = false;
-  return {std::move(name), [&database, options](const CorpusTake& take, EvaluationRow&) {
+  const auto curves = std::make_shared<CurveModel>(database);
+  return {std::move(name), [&database, options, curves](const CorpusTake& take, EvaluationRow&) {
             SynthesisRequest request{take.text, "capture", take.labels, {}, options};
+            request.options.curves.model = curves.get();
             request.options.frame_rate_hz = take.motion.frame_rate_hz;
             return synthesise(request, database).motion;
           }};

@@ -13,6 +13,7 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/tuning/tuning.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
 #include "units/selection/unit_database.h"
 #include "voices/corpus_voice.h"
@@ -156,12 +157,14 @@ class VoiceFold {
     SynthesisRequest request{take.text, "capture", take.labels, {}, {}, std::move(units)};
     request.options.frame_rate_hz = take.motion.frame_rate_hz;
     request.options.selection.method = SelectionMethod::kViterbi;
+    request.options.curves.model = &curves_;
     const UtteranceAnimation made = synthesise(request, database_);
     return measureLips(take.motion, made.motion, take.labels, split_.rest.layout).lipRms();
   }
 
   SplitTakes split_;
   UnitDatabase database_;
+  CurveModel curves_{database_};
   const SpeechLabels* read_ = nullptr;
   CorpusVoice voice_;
   const UsualChange& usual_;

@@ -11,6 +11,7 @@
 #include "corpus_tools/building/settings_search.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/tuning/tuning.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
 #include "units/costs/cost_terms.h"
 #include "units/selection/unit_database.h"
@@ -25,6 +26,7 @@ struct TuningFold {
   }
   SplitTakes split;
   UnitDatabase database;
+  CurveModel curves{database};
 };
 
 /// nullopt where not even a stand-in is found, whatever the weights are.
@@ -33,6 +35,7 @@ std::optional<LipMeasures> measureTake(const TuningFold& fold, const CorpusTake&
   request.options.frame_rate_hz = take.motion.frame_rate_hz;
   request.options.selection.method = SelectionMethod::kViterbi;
   request.options.selection.lattice = weights;
+  request.options.curves.model = &fold.curves;
   request.options.context.settings = MotionSettings{};  // those that a corpus has learnt may leave fragments no say
   try {
     const UtteranceAnimation made = synthesise(request, fold.database);
