@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "base/errors.h"
 #include "base/json_text.h"
@@ -186,6 +187,7 @@ class Unpacker {
       if (attribute == nullptr || own == primitive.at("attributes").end())
         fail("names a Draco attribute that it lacks");
       unpackAttribute(accessorAt(*own), *attribute, points);
+      if (name == "WEIGHTS_0" && !primitive["attributes"].contains("WEIGHTS_1")) makeSharesWhole(accessorAt(*own));
     }
     if (const auto indices = primitive.find("indices"); indices != primitive.end()) {
       const std::size_t at = grow(corners * 4);
@@ -235,6 +237,37 @@ class Unpacker {
       }
     }
     fill(accessor, points, is_joints ? kUnsignedShort : kFloat, bytes, at);
+    if (accessor.contains("min") && !is_joints) setBounds(accessor, width);
+  }
+
+  /// The numbers of an accessor that fill() has given floats of `width`.
+  [[nodiscard]] std::span<float> floatsOf(const json& accessor, std::size_t width) {
+    const json& view = root_.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
+    return {reinterpret_cast<float*>(binary_.data() + view.at("byteOffset").get<std::size_t>()),
+            accessor.at("count").get<std::size_t>() * width};
+  }
+
+  /// What was told before packing is no more than near to what is unpacked.
+  void setBounds(json& accessor, std::size_t width) {
+    const std::span<const float> values = floatsOf(accessor, width);
+    if (values.empty()) return;
+    std::vector<float> low(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(width)), high = low;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      low[i % width] = std::min(low[i % width], values[i]);
+      high[i % width] = std::max(high[i % width], values[i]);
+    }
+    accessor["min"] = low;
+    accessor["max"] = high;
+  }
+
+  /// Packed weights add up to nearly one.
+  void makeSharesWhole(json& accessor) {
+    if (accessor.at("componentType") != kFloat || accessor.value("type", "") != "VEC4") return;
+    const std::span<float> weights = floatsOf(accessor, 4);
+    for (std::size_t i = 0; i + 3 < weights.size(); i += 4) {
+      const float sum = weights[i] + weights[i + 1] + weights[i + 2] + weights[i + 3];
+      for (std::size_t k = 0; sum > 0 && k < 4; ++k) weights[i + k] /= sum;
+    }
   }
 
   json root_;

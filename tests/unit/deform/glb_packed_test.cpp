@@ -160,7 +160,11 @@ class PackedSheets : public ::testing::TestWithParam<unsigned> {
     attributes["POSITION"] = addAttribute(mesh, Attribute::POSITION, draco::DT_FLOAT32, positions_);
     attributes["COLOR_0"] = addAttribute(mesh, Attribute::COLOR, draco::DT_UINT8, colors_);
     attributes["JOINTS_0"] = addAttribute(mesh, Attribute::GENERIC, draco::DT_UINT8, joints_);
-    attributes["WEIGHTS_0"] = addAttribute(mesh, Attribute::GENERIC, draco::DT_FLOAT32, weights_);
+    // Packing rounds: weights do not add up to one, places leave the bounds that are told.
+    auto rounded = weights_;
+    for (auto& weights : rounded) weights = {0.998F * weights[0], 0.998F * weights[1], 0, 0};
+    attributes["WEIGHTS_0"] = addAttribute(mesh, Attribute::GENERIC, draco::DT_FLOAT32, rounded);
+    root_["accessors"][0]["min"] = root_["accessors"][0]["max"] = {0, 0, 0};
     mesh.SetNumFaces(corners_.size() / 3);
     for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
       draco::Mesh::Face face;
@@ -225,6 +229,13 @@ TEST_P(PackedSheets, AreUnpackedWhole) {
       EXPECT_LE(view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>(), chunks.binary.size());
     }
     for (const Json& accessor : root["accessors"]) EXPECT_TRUE(accessor.contains("bufferView"));
+    if (packing != Packing::kDraco) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax_element(positions_.begin(), positions_.end(),
+                                                   [&](const auto& a, const auto& b) { return a[k] < b[k]; });
+      EXPECT_EQ(root["accessors"][0]["min"][k], (*low)[k]);
+      EXPECT_EQ(root["accessors"][0]["max"][k], (*high)[k]);
+    }
   }
 }
 
