@@ -39,6 +39,13 @@ struct FaceMesh {
   [[nodiscard]] std::size_t vertexCount() const { return unsignedIndex(vertices.rows()); }
 };
 
+/// A mesh with vertices and parts more than another one has, whose own come first, numbered as they were.
+struct GrownMesh {
+  FaceMesh mesh;
+  /// Of each vertex after the other's: one before it that it goes with.
+  std::vector<std::uint32_t> parents;
+};
+
 /// The triangles of one part, which must not be outlived; all those of parts of some kinds, in the mesh's order.
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);

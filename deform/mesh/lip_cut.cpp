@@ -50,7 +50,7 @@ Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
 }
 
 /// A vertex that looks like `like`.
-std::uint32_t addVertex(LipCut& cut, const Vector3d& place, std::uint32_t like) {
+std::uint32_t addVertex(GrownMesh& cut, const Vector3d& place, std::uint32_t like) {
   FaceMesh& mesh = cut.mesh;
   cut.parents.push_back(like);
   const auto number = static_cast<std::uint32_t>(mesh.vertexCount());
@@ -62,7 +62,7 @@ std::uint32_t addVertex(LipCut& cut, const Vector3d& place, std::uint32_t like) 
 }
 
 /// Joins two rims, both from the right corner to the left one, by a part of its own that faces into the mouth.
-void addBag(LipCut& cut, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower) {
+void addBag(GrownMesh& cut, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower) {
   FaceMesh& mesh = cut.mesh;
   const SkinLayers skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}));
   Vector3d across = pointAt(mesh.vertices, upper.back()) - pointAt(mesh.vertices, upper.front());
@@ -229,7 +229,7 @@ class Cutter {
     }
   }
 
-  LipCut cut() {
+  GrownMesh cut() {
     findPath();
     drawOntoLine();
     partLips();
@@ -348,7 +348,7 @@ class Cutter {
 
   const FaceMesh& mesh_;
   const std::vector<Vector3d>& line_;
-  LipCut out_;
+  GrownMesh out_;
   Vector3d across_;
   double width_ = 0;
   std::set<std::uint32_t> near_;
@@ -358,14 +358,14 @@ class Cutter {
 
 }  // namespace
 
-FaceMesh withMouthBag(const FaceMesh& mesh, const LipLine& line) {
-  LipCut made{mesh, {}};
+GrownMesh withMouthBag(const FaceMesh& mesh, const LipLine& line) {
+  GrownMesh made{mesh, {}};
   const auto [upper, lower] = holeBetween(mesh, line);
   if (upper.size() > 2 && lower.size() > 2) addBag(made, upper, lower);
-  return std::move(made.mesh);
+  return made;
 }
 
-LipCut cutLips(const FaceMesh& mesh, const LipLine& line) {
+GrownMesh cutLips(const FaceMesh& mesh, const LipLine& line) {
   if (line.is_parted) throw InputError("found lips that are apart already; expected lips in one surface");
   return Cutter(mesh, line).cut();
 }

@@ -135,9 +135,46 @@ FaceMesh withInsideTold(const FaceMesh& head, const HeadTopology& topology, doub
   return made;
 }
 
+/// The skin that moves as the bones behind it do: what upper teeth go with, and what lower ones and the tongue do.
+struct SkinOverBone {
+  std::uint32_t upper, lower;
+
+  SkinOverBone(const FaceMesh& head, const ControlMesh& control)
+      : upper(nearest(head, control, "NOSE_TIP")), lower(nearest(head, control, "CHIN_LOW")) {}
+
+  static std::uint32_t nearest(const FaceMesh& head, const ControlMesh& control, const char* name) {
+    const Eigen::RowVector3f place = control.rest.row(findPoint(control, name)).cast<float>();
+    std::uint32_t best = 0;
+    float least = std::numeric_limits<float>::infinity();
+    for (const Triangle& t : trianglesOf(head, {PartKind::kSkin})) {
+      for (const std::uint32_t v : t) {
+        const float off = (head.vertices.row(v) - place).squaredNorm();
+        if (off >= least) continue;
+        least = off;
+        best = v;
+      }
+    }
+    return best;
+  }
+};
+
+/// The mean colour of a part.
+std::array<float, 4> colorOf(const FaceMesh& mesh, const MeshPart& part) {
+  if (mesh.vertex_colors.empty()) return part.base_color;
+  std::array<float, 4> mean{0, 0, 0, part.base_color[3]};
+  for (const Triangle& t : trianglesOf(mesh, part)) {
+    for (const std::uint32_t v : t) {
+      for (std::size_t k = 0; k < 3; ++k)
+        mean[k] += mesh.vertex_colors[v][k] * part.base_color[k] / asFloat(3 * part.triangle_count);
+    }
+  }
+  return mean;
+}
+
 /// Adds parts of `donor`, whose vertices lie at `places` now.
 void addParts(const FaceMesh& donor, const std::vector<const MeshPart*>& parts, const MarkerPositions& places,
-              FaceMesh& mesh) {
+              const SkinOverBone& skin, GrownMesh& grown) {
+  FaceMesh& mesh = grown.mesh;
   std::map<std::uint32_t, std::uint32_t> numbers;
   std::vector<std::uint32_t> added;
   const auto old = static_cast<std::uint32_t>(mesh.vertexCount());
@@ -145,10 +182,14 @@ void addParts(const FaceMesh& donor, const std::vector<const MeshPart*>& parts, 
     MeshPart& made = mesh.parts.emplace_back(*part);
     made.first_triangle = mesh.triangles.size();
     made.material = -1;
+    if (mesh.vertex_colors.empty()) made.base_color = colorOf(donor, *part);
     for (Triangle t : trianglesOf(donor, *part)) {
       for (std::uint32_t& v : t) {
         const auto [at, is_new] = numbers.try_emplace(v, old + static_cast<std::uint32_t>(added.size()));
-        if (is_new) added.push_back(v);
+        if (is_new) {
+          added.push_back(v);
+          grown.parents.push_back(part->kind == PartKind::kUpperTeeth ? skin.upper : skin.lower);
+        }
         v = at->second;
       }
       mesh.triangles.push_back(t);
@@ -165,35 +206,39 @@ void addParts(const FaceMesh& donor, const std::vector<const MeshPart*>& parts, 
 
 }  // namespace
 
-std::optional<FaceMesh> withBorrowedMouth(const FaceMesh& head, const FaceFile& face, const FaceMesh& donor_mesh,
-                                          const FaceFile& donor) {
+std::optional<GrownMesh> withBorrowedMouth(const FaceMesh& head, const FaceFile& face, const FaceMesh& donor_mesh,
+                                           const FaceFile& donor) {
   const bool has_teeth = has(head, isTeeth), has_tongue = has(head, [](PartKind k) { return k == PartKind::kTongue; });
-  FaceMesh made = head;
+  GrownMesh made{head, {}};
   const HeadTopology topology(head, openingsOf(face.control));
   const auto& line = topology.lipLine();
-  const bool is_parted = line && line->is_parted;
-  if (is_parted) made = withMouthBag(head, *line);
+  if (line && line->is_parted) made = withMouthBag(head, *line);
   std::vector<const MeshPart*> parts;
   for (const MeshPart& part : donor_mesh.parts) {
     if ((isTeeth(part.kind) && !has_teeth) || (part.kind == PartKind::kTongue && !has_tongue)) parts.push_back(&part);
   }
-  if (parts.empty() && made.parts.size() == head.parts.size()) return std::nullopt;
-  if (!parts.empty()) {
-    const Similarity head_from_donor = headFromDonor(donor, face);
-    const MouthPlace from(donor.control, Eigen::Matrix3d::Identity());
-    const MouthPlace to(face.control, head_from_donor.turn.transpose());
-    std::vector<Eigen::Index> teeth;
-    for (const MeshPart* part : parts) {
-      if (!isTeeth(part->kind)) continue;
-      for (const Triangle& t : trianglesOf(donor_mesh, *part)) teeth.insert(teeth.end(), t.begin(), t.end());
-    }
-    const SkinLayers skin(made.vertices * head_from_donor.turn.cast<float>(),
-                          trianglesOf(made, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}));
-    const MarkerPositions places =
-        seated(donor_mesh.vertices.cast<double>(), teeth, from, to, head_from_donor.scale, skin);
-    addParts(donor_mesh, parts, places * head_from_donor.turn.transpose(), made);
+  if (parts.empty() && made.parents.empty()) return std::nullopt;
+  if (parts.empty()) return made;
+  const Similarity head_from_donor = headFromDonor(donor, face);
+  const MouthPlace from(donor.control, Eigen::Matrix3d::Identity());
+  const MouthPlace to(face.control, head_from_donor.turn.transpose());
+  std::vector<Eigen::Index> teeth;
+  for (const MeshPart* part : parts) {
+    if (!isTeeth(part->kind)) continue;
+    for (const Triangle& t : trianglesOf(donor_mesh, *part)) teeth.insert(teeth.end(), t.begin(), t.end());
   }
-  return is_parted ? withInsideTold(made, topology, face.control.mouth_width) : made;
+  const SkinLayers skin(made.mesh.vertices * head_from_donor.turn.cast<float>(),
+                        trianglesOf(made.mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}));
+  const MarkerPositions places =
+      seated(donor_mesh.vertices.cast<double>(), teeth, from, to, head_from_donor.scale, skin);
+  addParts(donor_mesh, parts, places * head_from_donor.turn.transpose(), SkinOverBone(head, face.control), made);
+  return made;
+}
+
+FaceMesh withInsideTold(const FaceMesh& whole, const FaceMesh& head, const FaceFile& face) {
+  const HeadTopology topology(head, openingsOf(face.control));
+  const auto& line = topology.lipLine();
+  return line && line->is_parted ? withInsideTold(whole, topology, face.control.mouth_width) : whole;
 }
 
 }  // namespace mouthpiece

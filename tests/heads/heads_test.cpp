@@ -117,16 +117,17 @@ TEST_P(ClickedHeads, GetTeethBehindTheirLips) {
   FaceMesh bare = withoutTeeth(head.mesh);
   const FaceFile face = fitFace(bare, head.clicks, "clicks", requestFor(head, clockCorpus()));
   const std::filesystem::path donor = MOUTHPIECE_BUILD_SHARE_DIR "/default.face";
-  const auto whole = withBorrowedMouth(bare, face, FaceRig::load(donor).mesh(), readFaceFile(donor));
-  ASSERT_TRUE(whole);
-  EXPECT_FALSE(trianglesOf(*whole, {PartKind::kMouthInside}).empty()) << head.name;
+  const auto grown = withBorrowedMouth(bare, face, FaceRig::load(donor).mesh(), readFaceFile(donor));
+  ASSERT_TRUE(grown);
+  const FaceMesh whole = withInsideTold(grown->mesh, bare, face);
+  EXPECT_FALSE(trianglesOf(whole, {PartKind::kMouthInside}).empty()) << head.name;
   const double width = face.control.mouth_width;
   const Eigen::Vector3d rim = face.control.rest.row(findPoint(face.control, "RIM_UP_MID")).transpose();
-  const SkinLayers skin(whole->vertices, trianglesOf(*whole, {PartKind::kSkin, PartKind::kLips}));
+  const SkinLayers skin(whole.vertices, trianglesOf(whole, {PartKind::kSkin, PartKind::kLips}));
   double edge = rim.y() + width, nearest = width;
-  for (const Triangle& t : trianglesOf(*whole, {PartKind::kUpperTeeth})) {
+  for (const Triangle& t : trianglesOf(whole, {PartKind::kUpperTeeth})) {
     for (const std::uint32_t v : t) {
-      const Eigen::Vector3d p = pointAt(whole->vertices, v), off = (p - rim).cwiseAbs() / width;
+      const Eigen::Vector3d p = pointAt(whole.vertices, v), off = (p - rim).cwiseAbs() / width;
       if (off.x() > kMiddle || off.y() > kMiddle) continue;
       edge = std::min(edge, p.y());
       const auto layers = skin.at(p.x(), rim.y() + kMiddle / 2 * width);
@@ -138,10 +139,9 @@ TEST_P(ClickedHeads, GetTeethBehindTheirLips) {
   EXPECT_LT(nearest / width, kFurthest) << head.name;
   EXPECT_GT((rim.y() - edge) / width, 0) << head.name;
   EXPECT_LT((rim.y() - edge) / width, kShown) << head.name;
-  for (const Triangle& t :
-       trianglesOf(*whole, {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kMouthInside})) {
+  for (const Triangle& t : trianglesOf(whole, {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kMouthInside})) {
     for (const std::uint32_t v : t) {
-      const Eigen::Vector3d p = pointAt(whole->vertices, v);
+      const Eigen::Vector3d p = pointAt(whole.vertices, v);
       if ((p - rim).head<2>().cwiseAbs().maxCoeff() < 0.5 * width) continue;
       EXPECT_TRUE(skin.isBehind(p, 0)) << head.name << ' ' << ((p - rim) / width).transpose();
     }

@@ -6,7 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/mesh/glb_cut.h"
+#include "deform/mesh/glb_growth.h"
 #include "deform/mesh/lip_cut.h"
 #include "deform/mesh/mesh_files.h"
 #include "programs/retarget/commands.h"
@@ -57,7 +57,7 @@ int runCut(const CutArguments& given) {
   const auto line =
       traceLipLine(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
   if (!line) throw InputError(file, "markers", "found no skin between the corners of the mouth");
-  LipCut cut = [&] {
+  GrownMesh cut = [&] {
     try {
       return cutLips(mesh, *line);
     } catch (const InputError& error) {
@@ -67,7 +67,7 @@ int runCut(const CutArguments& given) {
   turnMesh(upright.transpose(), cut.mesh);
   if (is_glb) {
     turnMesh(upright.transpose(), mesh);
-    writeFileAtomically(given.out, cutGlb(bytes, given.mesh.string(), mesh, cut));
+    writeFileAtomically(given.out, grownGlb(bytes, given.mesh.string(), "", mesh, cut));
   } else {
     writeObj(given.out, cut.mesh);
   }

@@ -3,9 +3,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_growth.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/rig/borrowed_mouth.h"
@@ -32,15 +34,29 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
 }
 
-/// The head with the parts of a mouth that it lacks, turned as it was given; nullopt where it has them.
-std::optional<FaceMesh> withDefaultMouth(const FaceMesh& head, const FaceFile& face) {
+/// `head`, upright as `face` has it, with the parts of a mouth that it lacks as the bytes of --mouth-parts, turned as
+/// it was given, of `bytes` if that is to be a GLB; empty where it has them all.
+std::string withDefaultMouth(const FitArguments& given, const std::string& bytes, const FaceMesh& head,
+                             const FaceFile& face, Anchors& anchors) {
   const fs::path donor = findSharedFile("default.face", "make it with `make`");
   auto whole = withBorrowedMouth(head, face, FaceRig::load(donor).mesh(), readFaceFile(donor));
-  if (whole) turnMesh(face.upright_from_mesh.transpose(), *whole);
-  return whole;
+  if (!whole) return "";
+  const bool is_glb = isGlb(given.mouth_parts);
+  if (!is_glb) whole->mesh = withInsideTold(whole->mesh, head, face);
+  for (const MeshPart& part : whole->mesh.parts) anchors.part_kinds[part.name] = part.kind;
+  const Eigen::Matrix3d mesh_from_upright = face.upright_from_mesh.transpose();
+  turnMesh(mesh_from_upright, whole->mesh);
+  if (!is_glb) return objBytes(whole->mesh);
+  FaceMesh as_given = head;
+  turnMesh(mesh_from_upright, as_given);
+  // The numbers of vertices behind those that are added change.
+  for (auto& [name, place] : anchors.markers) place = placeOf(anchors, name, as_given, given.anchors.string()).value();
+  return grownGlb(bytes, given.mesh.string(), given.object, as_given, *whole);
 }
 
 int runFit(const FitArguments& given) {
+  if (isGlb(given.mouth_parts) && !isGlb(given.mesh))
+    throw InputError(given.mesh.string(), "--mouth-parts", "is no GLB; expected an .obj to write");
   const Corpus corpus = readCorpus(corpusFile(given.corpus));
   std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
@@ -55,14 +71,13 @@ int runFit(const FitArguments& given) {
   request.mesh_object = given.object;
   FaceFile face = fitFace(mesh, anchors, anchors_file, request);
   if (!given.mouth_parts.empty()) {
-    if (const auto whole = withDefaultMouth(mesh, face)) {
-      for (const MeshPart& part : whole->parts) anchors.part_kinds[part.name] = part.kind;
-      bytes = objBytes(*whole);
+    if (std::string whole = withDefaultMouth(given, bytes, mesh, face, anchors); !whole.empty()) {
+      bytes = std::move(whole);
       writeFileAtomically(given.mouth_parts, bytes);
-      mesh = parseFaceMesh(bytes, given.mouth_parts);
+      if (!isGlb(given.mouth_parts)) request.mesh_object.clear();
+      mesh = parseFaceMesh(bytes, given.mouth_parts, request.mesh_object);
       request.mesh_file = meshNameIn(given.out, given.mouth_parts);
       request.mesh_sha256 = sha256Hex(bytes);
-      request.mesh_object.clear();
       face = fitFace(mesh, anchors, anchors_file, request);
     } else {
       printNotice(fmt::format("{}: has teeth, a tongue and a mouth's inside; {} is not written", given.mesh.string(),
@@ -70,8 +85,8 @@ int runFit(const FitArguments& given) {
                   given.quiet);
     }
   } else if (trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue}).empty()) {
-    printNotice(fmt::format("{}: has no teeth and no tongue; --mouth-parts FILE.obj writes it with the default head's",
-                            given.mesh.string()),
+    printNotice(fmt::format("{}: has no teeth and no tongue; --mouth-parts FILE.{} writes it with the default head's",
+                            given.mesh.string(), isGlb(given.mesh) ? "glb" : "obj"),
                 given.quiet);
   }
   FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
@@ -115,7 +130,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option(
       "--mouth-parts", options.mouth_parts,
       "Give the head what its mouth lacks of teeth, tongue and a bag behind the lips, from the default head; fit "
-      "and name the mesh written here (.obj)");
+      "and name the mesh written here: .obj, or, of a GLB, .glb that keeps all that it has");
   command.add_flag("--even-if-faulty", options.even_if_faulty,
                    "Write a face that has faults, too; the exit code is 1 all the same");
   command.add_option("--save-anchors", options.save_anchors,

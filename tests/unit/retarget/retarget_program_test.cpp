@@ -2,14 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
+#include "retarget/placing/anchors.h"
 #include "retarget/rig/face_file.h"
+#include "support/glb_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
 #include "units/file/corpus.h"
@@ -79,29 +83,36 @@ TEST_F(RetargetProgram, ApplyMovesTheMouth) {
   EXPECT_GT(open.vertices(13, 1) - open.vertices(14, 1), 4.0F);
 }
 
-/// A head of nothing but skin: its mouth is a hole.
-TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
-  ASSERT_EQ(sample().exit_code, 0);
-  const FaceMesh whole = readFaceMesh(folder_.path() / "default.obj");
-  FaceMesh bare;
-  bare.vertices = whole.vertices;
-  for (const MeshPart& part : whole.parts) {
-    if (!isSkin(part.kind) || part.stands_off) continue;
-    MeshPart& kept = bare.parts.emplace_back(part);
-    kept.first_triangle = bare.triangles.size();
-    const auto own = trianglesOf(whole, part);
-    bare.triangles.insert(bare.triangles.end(), own.begin(), own.end());
+/// The default face's skin alone, its mouth a hole, and all of its markers.
+struct BareHead {
+  FaceMesh whole, bare;
+  Anchors anchors;
+
+  BareHead() : whole(readFaceMesh(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.obj")) {
+    bare.vertices = whole.vertices;
+    for (const MeshPart& part : whole.parts) {
+      if (!isSkin(part.kind) || part.stands_off) continue;
+      MeshPart& kept = bare.parts.emplace_back(part);
+      kept.first_triangle = bare.triangles.size();
+      const auto own = trianglesOf(whole, part);
+      bare.triangles.insert(bare.triangles.end(), own.begin(), own.end());
+    }
+    const FaceFile face = readFaceFile(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.face");
+    for (std::size_t i = 0; i < face.marker_names.size(); ++i)
+      anchors.markers[face.marker_names[i]] = Eigen::Vector3d(face.marker_targets.row(signedIndex(i)).transpose());
   }
+};
+
+TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
+  Corpus unheard = madeUpCorpus();  // fitted without being judged
+  unheard.takes.clear();
+  writeCorpus(corpus_, unheard);
+  const BareHead given;
+  const FaceMesh &whole = given.whole, &bare = given.bare;
   const fs::path head = folder_.path() / "bare.obj", mouth = folder_.path() / "mouth.obj";
   writeObj(head, bare);
-  json anchors;
-  const FaceFile face = readFaceFile(face_);
-  for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
-    const Eigen::RowVector3d at = face.marker_targets.row(signedIndex(i));
-    anchors["markers"][face.marker_names[i]] = {at.x(), at.y(), at.z()};
-  }
   const fs::path clicks = folder_.path() / "bare.anchors.json";
-  writeFileAtomically(clicks, anchors.dump());
+  writeFileAtomically(clicks, anchorsBytes(given.anchors));
   const std::vector<std::string> asked{"fit",
                                        "--mesh",
                                        head.string(),
@@ -150,6 +161,71 @@ TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
                               (folder_.path() / "more.obj").string(), "--even-if-faulty"});
   EXPECT_FALSE(fs::exists(folder_.path() / "more.obj")) << "it has all of them";
   EXPECT_NE(again.err.find("has teeth"), std::string::npos) << again.err;
+}
+
+/// The same head as a GLB whose node is turned and three times as large, with a shape that opens the jaw.
+TEST_F(RetargetProgram, FitsAMouthIntoAGlbThatKeepsAllItHas) {
+  Corpus unheard = madeUpCorpus();
+  unheard.takes.clear();
+  writeCorpus(corpus_, unheard);
+  BareHead given;
+  PrincipalShapes jaw;
+  jaw.frame_rate_hz = 60;
+  jaw.rest = Eigen::Map<const Eigen::RowVectorXf>(given.bare.vertices.data(), given.bare.vertices.size());
+  jaw.shapes = Eigen::RowVectorXf::Zero(jaw.rest.size());
+  const Eigen::Vector3d chin = std::get<Eigen::Vector3d>(given.anchors.markers.at("CHIN_LOW"));
+  for (Eigen::Index v = 0; v < given.bare.vertices.rows(); ++v) {
+    if (given.bare.vertices(v, 1) < asFloat(chin.y()) + 5) jaw.shapes(3 * v + 1) = -10;
+  }
+  jaw.weights = Eigen::MatrixXf::Zero(2, 1);
+  test::GlbFile dressed(glbBytes(given.bare, jaw, "head"));
+  dressed.root["nodes"][0]["rotation"] = {std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // y to z
+  dressed.root["nodes"][0]["scale"] = {3, 3, 3};
+  dressed.root["extras"] = {{"mine", 1}};
+  writeFileAtomically(folder_.path() / "bare.glb", dressed.toBytes());
+  const auto inScene = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return 0.003 * Eigen::Vector3d(p.x(), -p.z(), p.y());
+  };
+  for (auto& [name, place] : given.anchors.markers) place = inScene(std::get<Eigen::Vector3d>(place));
+  const fs::path clicks = folder_.path() / "bare.anchors.json", mouth = folder_.path() / "mouth.glb";
+  writeFileAtomically(clicks, anchorsBytes(given.anchors));
+  const ProgramResult fit =
+      runProgram("retarget", {"fit", "--mesh", (folder_.path() / "bare.glb").string(), "--anchors", clicks.string(),
+                              "--corpus", corpus_.string(), "--out", (folder_.path() / "bare.face").string(),
+                              "--mouth-parts", mouth.string(), "--even-if-faulty"});
+  ASSERT_TRUE(fs::exists(mouth)) << fit.err;
+  EXPECT_EQ(readFaceFile(folder_.path() / "bare.face").mesh_file, "mouth.glb");
+  const FaceMesh made = readFaceMesh(mouth);
+  const test::GlbFile file(readFile(mouth));
+  for (const char* key : {"nodes", "scenes", "animations", "extras"})
+    EXPECT_EQ(file.root[key], dressed.root[key]) << key;
+  const json &primitives = file.root["meshes"][0]["primitives"], &old = dressed.root["meshes"][0]["primitives"];
+  for (std::size_t p = 0; p < old.size(); ++p) {
+    for (const auto& [name, accessor] : old[p]["attributes"].items()) {
+      const auto values = dressed.accessor(accessor);
+      auto kept = file.accessor(primitives[p]["attributes"][name]);
+      kept.resize(values.size());
+      EXPECT_EQ(kept, values) << name << " of primitive " << p;
+    }
+  }
+  // Teeth lie where the default head has its own, or little further back; what the jaw carries goes down with it.
+  const auto moves = file.accessor(primitives[0]["targets"][0]["POSITION"]);
+  for (const PartKind kind : {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue}) {
+    const auto triangles = trianglesOf(made, {kind});
+    ASSERT_FALSE(triangles.empty()) << nameOf(kind);
+    Eigen::RowVector3f at = Eigen::RowVector3f::Zero();
+    for (const Triangle& t : triangles) at += made.vertices(t, Eigen::all).colwise().mean() / asFloat(triangles.size());
+    Eigen::RowVector3f wanted = Eigen::RowVector3f::Zero();
+    const auto donor = trianglesOf(given.whole, {kind});
+    for (const Triangle& t : donor)
+      wanted += given.whole.vertices(t, Eigen::all).colwise().mean() / asFloat(donor.size());
+    const Eigen::RowVector3f off = at - inScene(wanted.cast<double>().transpose()).cast<float>().transpose();
+    EXPECT_LT(off.norm(), 0.003F * 7) << nameOf(kind);
+    const double down = moves[3 * triangles[0][0] + 1];
+    EXPECT_NEAR(down, kind == PartKind::kUpperTeeth ? 0 : -0.01, 1e-4) << nameOf(kind);
+  }
+  for (std::size_t p = 1; p < primitives.size(); ++p)
+    EXPECT_TRUE(file.root["materials"][primitives[p]["material"].get<std::size_t>()].contains("name")) << p;
 }
 
 TEST_F(RetargetProgram, ApplyMovesTheTongueWithThePhones) {

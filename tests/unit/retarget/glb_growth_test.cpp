@@ -8,7 +8,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/glb_cut.h"
+#include "deform/mesh/glb_growth.h"
 #include "deform/mesh/lip_cut.h"
 #include "exports/gltf/glb.h"
 #include "support/glb_file.h"
@@ -90,12 +90,12 @@ std::string dressedSheet() {
   return glb.toBytes();
 }
 
-class GlbCut : public ::testing::Test {
+class GlbGrowth : public ::testing::Test {
  protected:
   std::string given_bytes_ = dressedSheet();
   FaceMesh given_ = parseFaceMesh(given_bytes_, "sheet.glb");
-  LipCut cut_ = cutLips(given_, scaledLine());
-  std::string cut_bytes_ = cutGlb(given_bytes_, "sheet.glb", given_, cut_);
+  GrownMesh cut_ = cutLips(given_, scaledLine());
+  std::string cut_bytes_ = grownGlb(given_bytes_, "sheet.glb", "", given_, cut_);
 
   static LipLine scaledLine() {
     LipLine line = lineOf();
@@ -108,7 +108,7 @@ class GlbCut : public ::testing::Test {
   }
 };
 
-TEST_F(GlbCut, IsTheCutMesh) {
+TEST_F(GlbGrowth, IsTheCutMesh) {
   const FaceMesh read = parseFaceMesh(cut_bytes_, "cut.glb");
   ASSERT_EQ(read.vertexCount(), cut_.mesh.vertexCount());
   EXPECT_LT((read.vertices - cut_.mesh.vertices).cwiseAbs().maxCoeff(), 1e-6F);
@@ -117,7 +117,7 @@ TEST_F(GlbCut, IsTheCutMesh) {
   EXPECT_EQ(read.parts[1].kind, PartKind::kMouthInside);
 }
 
-TEST_F(GlbCut, NewVerticesAreAsTheirParents) {
+TEST_F(GlbGrowth, NewVerticesAreAsTheirParents) {
   const GlbFile file(cut_bytes_);
   ASSERT_GT(cut_.parents.size(), 20U);
   const json& primitives = file.root["meshes"][0]["primitives"];
@@ -137,7 +137,7 @@ TEST_F(GlbCut, NewVerticesAreAsTheirParents) {
   }
 }
 
-TEST_F(GlbCut, KeepsAllElse) {
+TEST_F(GlbGrowth, KeepsAllElse) {
   const GlbFile before(given_bytes_), after(cut_bytes_);
   for (const char* key : {"asset", "nodes", "scenes", "scene", "animations", "extras"})
     EXPECT_EQ(after.root[key], before.root[key]) << key;
@@ -161,11 +161,11 @@ TEST_F(GlbCut, KeepsAllElse) {
   EXPECT_EQ(views.size(), after.root["bufferViews"].size());
 }
 
-TEST_F(GlbCut, RefusesDataOutsideOfTheFile) {
+TEST_F(GlbGrowth, RefusesDataOutsideOfTheFile) {
   GlbFile file(given_bytes_);
   const std::string data = "data:application/octet-stream;base64,AAAA";
   file.root["buffers"].insert(file.root["buffers"].begin(), {{"byteLength", 3}, {"uri", data}});
-  EXPECT_THROW((void)cutGlb(file.toBytes(), "sheet.glb", given_, cut_), InputError);
+  EXPECT_THROW((void)grownGlb(file.toBytes(), "sheet.glb", "", given_, cut_), InputError);
 }
 
 }  // namespace
