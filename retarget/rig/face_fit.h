@@ -73,7 +73,7 @@ struct LipContact {
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
   std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest
   /// How tall a slit one looks straight through in each, from the front and 0.18 mouths deep: surfaces that touch
-  /// somewhere in a column may leave one beside it.
+  /// somewhere in a column may leave one beside it. Those from 0.2 mouths off the corners on count in the outer columns.
   std::array<double, kColumns> slits{};
   std::array<double, kLipColumns> overlaps{};  ///< of `overlap`, across the whole mouth
 };

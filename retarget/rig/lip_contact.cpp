@@ -40,7 +40,8 @@ constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point 
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
 /// Upright sections in which one looks between the lips, a sixth of a millimetre apart on a man.
-constexpr std::size_t kSights = 16 * kColumns;
+constexpr std::size_t kSights = 20 * kColumns;
+constexpr double kSightsFrom = 0.2;  ///< of the mouth from either corner: further to the sides the lips become one
 constexpr double kFacesIn = -0.2;  ///< how far a normal looks ahead: below it lies a lip's back, in teeth or not unseen
 constexpr double kDeepSight = 0.18;  ///< behind the lips' fronts: what is deeper is seen, not the crease of thick lips
 
@@ -129,15 +130,22 @@ class PosedSurface {
         numbers_(trianglesIn(surface, vertices, box)),
         tree_(vertices, trianglesOf(surface, *numbers_), TriangleTree::Use::kWithoutStarts) {}
 
-  /// nullopt where no triangle is within `within`. `facing`: the normal of the surface that `p` lies on; inside is only
-  /// what faces the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal,
-  /// for what is thin.
-  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing,
-                                                     double within, double least_cosine) {
+  /// nullopt where no triangle is within `within`; NaN where the nearest place is one of `own`, the triangle that `p`
+  /// lies on. `facing`: the normal there; inside is only what faces the other way, as the folds of one lip do not.
+  /// `least_cosine`: between the way there and its normal, for what is thin.
+  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Triangle& own,
+                                                     const Eigen::Vector3d& facing, double within,
+                                                     double least_cosine) {
     const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr, within);
     if (!foot) return std::nullopt;
     last_ = foot;
     const std::size_t triangle = numbers_ ? (*numbers_)[foot->triangle] : foot->triangle;
+    double in_common = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (std::find(own.begin(), own.end(), surface_.triangles[triangle][k]) != own.end())
+        in_common += foot->weights[signedIndex(k)];
+    }
+    if (in_common > 1 - kOnBorder) return std::numeric_limits<double>::quiet_NaN();
     const double distance = (p - foot->point).norm();
     std::size_t edges = 0, edge = 0, corner = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -201,7 +209,7 @@ class PosedSurface {
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
-/// A lip in upright sections across the middle half of the mouth.
+/// A lip in upright sections across the mouth, but for its corners.
 class Sights {
  public:
   /// `from` and `along`: the mouth's right corner and the way to the left one.
@@ -212,7 +220,7 @@ class Sights {
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3d at = pointAt(vertices, t[k]);
         const double way = (at - from).dot(along) / along.squaredNorm();
-        p[k] = {(way - 0.25) / 0.5 * asReal(kSights) - 0.5, at.y(), at.z()};
+        p[k] = {(way - kSightsFrom) / (1 - 2 * kSightsFrom) * asReal(kSights) - 0.5, at.y(), at.z()};
       }
       std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
       const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
@@ -396,8 +404,10 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
       const auto isSeen = [&](PosedSurface& surface, double enough, double deep, double cosine, Known& known) {
         if (known.least(p) > enough) return std::optional<double>();
         const double within = std::max(enough, deep);
-        const auto distance = surface.signedDistance(p, facing.at(point), within, cosine);
-        known = {p, distance.value_or(within)};
+        const auto distance = surface.signedDistance(p, point.triangle, facing.at(point), within, cosine);
+        // Where lips are one, as at their corners, which reach far on coarse heads, they do not meet.
+        const bool is_one = distance && std::isnan(*distance);
+        known = {p, is_one ? 0 : distance.value_or(within)};
         return distance && *distance > -deep ? distance : std::nullopt;
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
@@ -424,7 +434,9 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   for (std::size_t s = 0; s < kSights; ++s) {
     const double depth = std::min(above.front(s), below.front(s)) - kDeepSight * data_->along.norm();
     const double slit = above.edge(s, -1, depth) - below.edge(s, 1, depth);
-    double& tallest = contact.slits[s * kColumns / kSights];
+    const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
+    const double column = std::clamp((way - 0.25) / 0.5 * asReal(kColumns), 0.0, asReal(kColumns) - 0.5);
+    double& tallest = contact.slits[unsignedIndex(wholePart(column))];
     if (std::isfinite(slit)) tallest = std::max(tallest, slit);
   }
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
