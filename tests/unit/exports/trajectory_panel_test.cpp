@@ -80,21 +80,21 @@ TEST_F(TrajectoryPanel, EveryVersionGivesTheSameBits) {
 }
 
 TEST_F(TrajectoryPanel, StepsAreTheSameBitsAndComeBackWithinHalfAStep) {
-  constexpr float kStep = 0.001F;
+  constexpr float kHeldStep = 0.001F;
   std::vector<std::int16_t> held[2];
   for (const bool portable : {false, true}) {
     const PanelKernels& kernels = portable ? portablePanelKernels() : panelKernels();
     std::vector<std::int16_t>& steps = held[portable ? 1 : 0];
     steps.resize(kFrames * kPanelWidth);
     float farthest[kPanelWidth] = {}, largest[kPanelVertices], squares[kPanelVertices];
-    kernels.store_steps(positions.data() + 24, positions.cols(), kFrames, rest.data(), 1 / kStep, steps.data(),
+    kernels.store_steps(positions.data() + 24, positions.cols(), kFrames, rest.data(), 1 / kHeldStep, steps.data(),
                         farthest);
     Matrix back(kFrames, kPanelWidth), exact(kFrames, kPanelWidth);
-    kernels.load_steps(steps.data(), kFrames, kStep, back.data(), largest);
+    kernels.load_steps(steps.data(), kFrames, kHeldStep, back.data(), largest);
     kernels.load_displacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), exact.data(), squares);
-    EXPECT_LE((back - exact).cwiseAbs().maxCoeff(), 0.5001F * kStep);
+    EXPECT_LE((back - exact).cwiseAbs().maxCoeff(), 0.5001F * kHeldStep);
     for (Eigen::Index i = 0; i < kPanelWidth; ++i)
-      EXPECT_NEAR(farthest[i], exact.col(i).cwiseAbs().maxCoeff() / kStep, 0.01F);
+      EXPECT_NEAR(farthest[i], exact.col(i).cwiseAbs().maxCoeff() / kHeldStep, 0.01F);
     for (Eigen::Index v = 0; v < kPanelVertices; ++v) EXPECT_NEAR(largest[v], squares[v], 0.01F);
   }
   EXPECT_EQ(held[0], held[1]);
