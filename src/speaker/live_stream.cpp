@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
@@ -18,6 +19,7 @@
 #include "phonetics/labels/phone_lengths.h"
 #include "speaker/live_parts.h"
 #include "speaker/live_setup.h"
+#include "speaker/sound_clock.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/live_motion.h"
 #include "voices/voice.h"
@@ -29,6 +31,7 @@ constexpr Seconds kHearingHop = asReal(LiveEar::kHop) / LiveEar::kRateHz;
 constexpr Seconds kMostUnpulled = 600;
 constexpr Seconds kFurthest = 24 * 3600.0 * 365;
 constexpr Seconds kToRest = 0.300;         ///< nextNow(): the mouth comes to rest within this
+constexpr Seconds kWaitsFrom = 0.3;        ///< words are waited for where sound is so far ahead of who says it
 constexpr std::size_t kWeightsBehind = 3;  ///< frames shown before, that ARKit's weights go on from
 
 void expectUsable(const LiveOptions& options) {
@@ -65,6 +68,7 @@ struct LiveStream::Data {
   std::vector<GazeTurn> moveUpperFace(PositionMatrix& positions_mm);
   void poseMesh();
   [[nodiscard]] ShownFrame restingFrame() const;
+  [[nodiscard]] bool waitsForWords() const;
   [[nodiscard]] Seconds now() const { return asReal(motion.frameCount()) / rate_hz; }
   const Frame* pulled();
 
@@ -78,6 +82,8 @@ struct LiveStream::Data {
   std::unique_ptr<Pronouncer> pronouncer;
   PhoneLengths lengths;  ///< of the corpus, once there is a pronouncer
   // Of sound:
+  SoundClock clock{SoundClock::Clock::now()};
+  Seconds sound_come = 0;  ///< with the chunk that is heard
   std::unique_ptr<LiveEar> ear;
   LiveResampler resampler;
   ChunkOrder order;
@@ -212,13 +218,18 @@ void LiveStream::Data::heard(std::span<const float> samples) {
   hearWhole();
 }
 
+/// Words are waited for where no one waits for frames: neither nextNow(), nor who speaks.
+bool LiveStream::Data::waitsForWords() const {
+  return !is_in_time && clock.ahead(SoundClock::Clock::now(), sound_come) > kWaitsFrom;
+}
+
 void LiveStream::Data::hearWhole() {
   std::size_t at = 0;
   std::array<std::int16_t, LiveEar::kHop> hop{};
   for (; waiting.size() - at >= LiveEar::kHop; at += LiveEar::kHop) {
     std::transform(waiting.begin() + signedIndex(at), waiting.begin() + signedIndex(at + LiveEar::kHop), hop.begin(),
                    [](float sample) { return static_cast<std::int16_t>(std::lrint(32767.0F * sample)); });
-    for (const PhoneSegment& phone : ear->hear(hop, [this] { return !is_in_time; })) motion.say(phone);
+    for (const PhoneSegment& phone : ear->hear(hop, [this] { return waitsForWords(); })) motion.say(phone);
     if (ear->missedWords() > 0) {
       const std::scoped_lock lock(mutex);
       counts.words_missed = ear->missedWords();
@@ -246,8 +257,13 @@ void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<s
       if (!is_usable) sample = std::isnan(sample) ? 0.0F : std::clamp(sample, -1.0F, 1.0F);
     }
   }
+  const auto secondsOf = [&](std::size_t count) { return asReal(count) / asReal(options.sample_rate_hz); };
+  const Seconds before =
+      std::exchange(sound_come, secondsOf(sound_samples + place.silence + usable.size() - place.skipped));
+  clock.come(SoundClock::Clock::now(), before, std::max(0.0, sound_come - before));
   hearSilence(place.silence);
   heard(std::span(usable).subspan(place.skipped));
+  clock.leave(SoundClock::Clock::now());
 }
 
 /// The frames whose look-ahead is known.
