@@ -127,6 +127,7 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
   resting = restingFrame();
   current = stalled_from = resting;
   if (setup.face) setup.face->data().rig().deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
+  clock = SoundClock(SoundClock::Clock::now());  // the start is over: sound that waits for it is no pause's
 }
 
 void LiveStream::Data::makeOwnVoice() {
