@@ -101,12 +101,33 @@ typedef struct mouthpiece_live_counts {
   double missing_s;
 } mouthpiece_live_counts;
 
+/* What is pushed: it is made ready at once, not when the first of it comes. */
+enum mouthpiece_live_source {
+  MOUTHPIECE_LIVE_SOUND = 0,
+  MOUTHPIECE_LIVE_LABELS = 1, /* phones or words with their times */
+  MOUTHPIECE_LIVE_TEXT = 2
+};
+
+/* Set by mouthpiece_live_options_init() to LiveOptions' defaults. */
+typedef struct mouthpiece_live_options {
+  size_t size;         /* of this struct, as the caller knows it */
+  double look_ahead_s; /* 0.05 to 5; from 0.7 on English words are heard in sound */
+  int sample_rate_hz;  /* of the sound that is pushed: 16000 to 48000 */
+  int source;          /* mouthpiece_live_source */
+  int own_voice;       /* not 0: who speaks is the person whose takes the corpus holds */
+  int arkit;           /* 0: frames' weights stay 0, which saves their time */
+} mouthpiece_live_options;
+
 /* A chunk's place where it just follows the one before. */
 #define MOUTHPIECE_FOLLOWS UINT64_MAX
 
 /* `look_ahead_s`: 0.05 to 5; `sample_rate_hz` of the sound that is pushed: 16000 to 48000. */
 MOUTHPIECE_API int mouthpiece_live_new(const mouthpiece_speaker* speaker, double look_ahead_s, int sample_rate_hz,
                                        mouthpiece_live** live, char* error, size_t error_size);
+MOUTHPIECE_API void mouthpiece_live_options_init(mouthpiece_live_options* options);
+/* `options` may be null. */
+MOUTHPIECE_API int mouthpiece_live_open(const mouthpiece_speaker* speaker, const mouthpiece_live_options* options,
+                                        mouthpiece_live** live, char* error, size_t error_size);
 MOUTHPIECE_API void mouthpiece_live_free(mouthpiece_live* live);
 /* `at`: the chunk's first sample, counted from the stream's start, or MOUTHPIECE_FOLLOWS. */
 MOUTHPIECE_API int mouthpiece_live_push_float(mouthpiece_live* live, const float* samples, size_t count, uint64_t at,
@@ -129,6 +150,8 @@ MOUTHPIECE_API int mouthpiece_live_next(mouthpiece_live* live, int now, mouthpie
                                         char* error, size_t error_size);
 MOUTHPIECE_API int mouthpiece_live_is_finished(const mouthpiece_live* live);
 MOUTHPIECE_API void mouthpiece_live_counts_of(const mouthpiece_live* live, mouthpiece_live_counts* counts);
+/* Hearings of words that failed or took too long: phones are heard in their stead. */
+MOUTHPIECE_API size_t mouthpiece_live_words_missed(const mouthpiece_live* live);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,6 @@
 // The C interface: handles around the C++ front door, exceptions turned into codes and text.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -61,14 +63,31 @@ void expectGiven(Pointer pointer, const char* name) {
 }
 
 /// A caller that was built with an earlier header has a smaller struct: what it lacks has its default.
+/// As much of `given`, if any, as both sides know; the rest as `init` sets it. Throws InputError where nothing set it.
+template <typename Options>
+Options knownOf(const Options* given, void (*init)(Options*), const char* name) {
+  Options known;
+  init(&known);
+  if (given == nullptr) return known;
+  if (given->size < sizeof(size_t) || given->size > 4096)
+    throw InputError(fmt::format("found {0} of an odd size; expected them set by {0}_init()", name));
+  std::memcpy(&known, given, std::min(given->size, sizeof known));
+  return known;
+}
+
+LiveOptions liveOptionsFrom(const mouthpiece_live_options* given) {
+  const auto known = knownOf(given, mouthpiece_live_options_init, "mouthpiece_live_options");
+  if (known.source < MOUTHPIECE_LIVE_SOUND || known.source > MOUTHPIECE_LIVE_TEXT)
+    throw InputError(fmt::format("found source {}; expected one of mouthpiece_live_source", known.source));
+  return {.look_ahead = known.look_ahead_s,
+          .sample_rate_hz = known.sample_rate_hz,
+          .source = static_cast<LiveOptions::Source>(known.source),
+          .own_voice = known.own_voice != 0,
+          .arkit = known.arkit != 0};
+}
+
 SpeakerOptions optionsFrom(const mouthpiece_options* given) {
-  mouthpiece_options known;
-  mouthpiece_options_init(&known);
-  if (given != nullptr) {
-    if (given->size < sizeof(size_t) || given->size > 4096)
-      throw InputError("found mouthpiece_options of an odd size; expected them set by mouthpiece_options_init()");
-    std::memcpy(&known, given, std::min(given->size, sizeof known));
-  }
+  const auto known = knownOf(given, mouthpiece_options_init, "mouthpiece_options");
   SpeakerOptions options;
   if (known.corpus != nullptr) options.corpus = known.corpus;
   if (known.face != nullptr) options.face = known.face;
@@ -231,11 +250,26 @@ void mouthpiece_stream_free(mouthpiece_stream* stream) { delete stream; }
 
 int mouthpiece_live_new(const mouthpiece_speaker* speaker, double look_ahead_s, int sample_rate_hz,
                         mouthpiece_live** live, char* error, size_t error_size) {
+  mouthpiece_live_options options;
+  mouthpiece_live_options_init(&options);
+  options.look_ahead_s = look_ahead_s;
+  options.sample_rate_hz = sample_rate_hz;
+  return mouthpiece_live_open(speaker, &options, live, error, error_size);
+}
+
+void mouthpiece_live_options_init(mouthpiece_live_options* options) {
+  const LiveOptions usual;
+  if (options != nullptr)
+    *options = {sizeof *options, usual.look_ahead, usual.sample_rate_hz, MOUTHPIECE_LIVE_SOUND, 0, 1};
+}
+
+int mouthpiece_live_open(const mouthpiece_speaker* speaker, const mouthpiece_live_options* options,
+                         mouthpiece_live** live, char* error, size_t error_size) {
   return guarded(error, error_size, [&] {
     expectGiven(live, "live stream");
     *live = nullptr;
     expectGiven(speaker, "speaker");
-    *live = new mouthpiece_live{speaker->speaker.live({look_ahead_s, sample_rate_hz}), {}};
+    *live = new mouthpiece_live{speaker->speaker.live(liveOptionsFrom(options)), {}};
   });
 }
 
@@ -316,4 +350,8 @@ void mouthpiece_live_counts_of(const mouthpiece_live* live, mouthpiece_live_coun
   const LiveCounts of = live == nullptr ? LiveCounts() : live->stream.counts();
   *counts = {of.frames,  of.frames_at_rest, of.chunks,           of.dropped, of.late,
              of.doubled, of.restarts,       of.unusable_samples, of.missing};
+}
+
+size_t mouthpiece_live_words_missed(const mouthpiece_live* live) {
+  return live == nullptr ? 0 : live->stream.counts().words_missed;
 }

@@ -558,12 +558,35 @@ TEST_F(Live, CStreamsToo) {
   ASSERT_EQ(mouthpiece_speaker_new(&options, &speaking, error, sizeof error), MOUTHPIECE_OK) << error;
   mouthpiece_live* live = nullptr;
   EXPECT_EQ(mouthpiece_live_new(speaking, 0.001, 16000, &live, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  mouthpiece_live_options wanted;
+  mouthpiece_live_options_init(&wanted);
+  wanted.source = 7;
+  EXPECT_EQ(mouthpiece_live_open(speaking, &wanted, &live, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  wanted.source = MOUTHPIECE_LIVE_LABELS;
+  wanted.size = 1;
+  EXPECT_EQ(mouthpiece_live_open(speaking, &wanted, &live, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  mouthpiece_frame frame;
+  for (const int arkit : {0, 1}) {
+    mouthpiece_live_options_init(&wanted);
+    wanted.source = MOUTHPIECE_LIVE_LABELS;
+    wanted.arkit = arkit;
+    ASSERT_EQ(mouthpiece_live_open(speaking, &wanted, &live, error, sizeof error), MOUTHPIECE_OK) << error;
+    ASSERT_EQ(mouthpiece_live_push_phone(live, "AA", 0.1, 0.8, error, sizeof error), MOUTHPIECE_OK) << error;
+    float most = 0;
+    for (int has_frame = 1; has_frame != 0;) {
+      ASSERT_EQ(mouthpiece_live_next(live, 0, &frame, &has_frame, error, sizeof error), MOUTHPIECE_OK);
+      if (has_frame != 0) most = std::max(most, *std::max_element(std::begin(frame.arkit), std::end(frame.arkit)));
+    }
+    EXPECT_EQ(most > 0, arkit != 0) << most;
+    EXPECT_EQ(mouthpiece_live_words_missed(live), 0U);
+    mouthpiece_live_free(live);
+  }
+  EXPECT_EQ(mouthpiece_live_words_missed(nullptr), 0U);
   ASSERT_EQ(mouthpiece_live_new(speaking, 0.2, 16000, &live, error, sizeof error), MOUTHPIECE_OK) << error;
   mouthpiece_speaker_free(speaking);
   EXPECT_EQ(mouthpiece_live_push_float(live, nullptr, 5, MOUTHPIECE_FOLLOWS, error, sizeof error),
             MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_live_push_float(live, sound().data(), sound().size(), 0, error, sizeof error), MOUTHPIECE_OK);
-  mouthpiece_frame frame;
   int has_frame = 0;
   std::size_t frames = 0;
   do {
