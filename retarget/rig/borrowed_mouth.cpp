@@ -139,22 +139,11 @@ FaceMesh withInsideTold(const FaceMesh& head, const HeadTopology& topology, doub
 struct SkinOverBone {
   std::uint32_t upper, lower;
 
-  SkinOverBone(const FaceMesh& head, const ControlMesh& control)
+  SkinOverBone(const HeadTopology& head, const ControlMesh& control)
       : upper(nearest(head, control, "NOSE_TIP")), lower(nearest(head, control, "CHIN_LOW")) {}
 
-  static std::uint32_t nearest(const FaceMesh& head, const ControlMesh& control, const char* name) {
-    const Eigen::RowVector3f place = control.rest.row(findPoint(control, name)).cast<float>();
-    std::uint32_t best = 0;
-    float least = std::numeric_limits<float>::infinity();
-    for (const Triangle& t : trianglesOf(head, {PartKind::kSkin})) {
-      for (const std::uint32_t v : t) {
-        const float off = (head.vertices.row(v) - place).squaredNorm();
-        if (off >= least) continue;
-        least = off;
-        best = v;
-      }
-    }
-    return best;
+  static std::uint32_t nearest(const HeadTopology& head, const ControlMesh& control, const char* name) {
+    return head.nearestSkin(control.rest.row(findPoint(control, name)).transpose()).value_or(0);
   }
 };
 
@@ -231,7 +220,7 @@ std::optional<GrownMesh> withBorrowedMouth(const FaceMesh& head, const FaceFile&
                         trianglesOf(made.mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}));
   const MarkerPositions places =
       seated(donor_mesh.vertices.cast<double>(), teeth, from, to, head_from_donor.scale, skin);
-  addParts(donor_mesh, parts, places * head_from_donor.turn.transpose(), SkinOverBone(head, face.control), made);
+  addParts(donor_mesh, parts, places * head_from_donor.turn.transpose(), SkinOverBone(topology, face.control), made);
   return made;
 }
 
