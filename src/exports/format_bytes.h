@@ -37,6 +37,7 @@ std::string reportJson(const UtteranceAnimation& animation, const StageTimings& 
 struct UnitOffer {
   PhoneRange phones;  ///< of the line
   std::string take;
+  TakeIndex take_index;
   Seconds source_start = 0;
   double cost = 0;
 };

@@ -65,10 +65,10 @@ std::optional<MotionClip> upperClip(const MotionClip& motion, const std::vector<
 /// Takes at random, of the speaker's own.
 std::vector<ChosenTake> chosenTakes(const UnitDatabase& database, const std::vector<Eigen::Index>& columns,
                                     Dice& dice) {
-  const std::vector<CorpusTake>& takes = database.corpus().takes;
   std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < takes.size(); ++i) {
-    if (!isAdapted(takes[i]) && !takes[i].labels.phones.empty()) order.push_back(i);
+  for (std::size_t i = 0; i < database.columns().takeCount(); ++i) {
+    if (database.columns().phoneCount(TakeIndex(i)) > 0 && !database.columns().isAdapted(TakeIndex(i)))
+      order.push_back(i);
   }
   for (std::size_t i = order.size(); i > 1; --i) {
     const auto other = static_cast<std::size_t>(dice.share() * static_cast<double>(i));
@@ -81,7 +81,7 @@ std::vector<ChosenTake> chosenTakes(const UnitDatabase& database, const std::vec
     if (motion->frameCount() < 3) continue;
     std::optional<MotionClip> clip = upperClip(*motion, columns);
     if (!clip) continue;
-    std::vector<Beat> beats = beatsOf(takes[order[i]].labels);
+    std::vector<Beat> beats = beatsOf(database.takeOf(TakeIndex(order[i])).labels);
     if (beats.size() > kMostBeats) {
       const auto first =
           signedIndex(static_cast<std::size_t>(dice.share() * asReal(std::ssize(beats) - signedIndex(kMostBeats))));

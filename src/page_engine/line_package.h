@@ -43,7 +43,7 @@ struct LineToPack {
   const SynthesisRequest& request;  ///< its own sound; `curves.model` is the database's
   const SynthesisPlan& plan;
   const UnitDatabase& database;
-  std::span<const std::string> takes;  ///< whose motion is wanted besides the plan's
+  std::span<const TakeIndex> takes;  ///< whose motion is wanted besides the plan's
   const FaceFile& face;
   const FaceMesh& mesh;
   const ActorPose& actor;

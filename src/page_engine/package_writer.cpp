@@ -90,14 +90,12 @@ TakesToPack takesOf(const LineToPack& line) {
   for (const Segment& segment : line.plan.segments) {
     if (segment.unit) moving.insert(segment.unit->source.take.value);
   }
-  for (std::size_t t = 0; t < corpus.takes.size(); ++t) {
-    if (std::find(line.takes.begin(), line.takes.end(), corpus.takes[t].name) != line.takes.end()) moving.insert(t);
-  }
+  for (const TakeIndex take : line.takes) moving.insert(take.value);
   std::map<std::size_t, std::set<std::size_t>> pairs = pairsOf(line.request.labels, line.database);
   for (const std::size_t take : moving) pairs[take];
   TakesToPack packed;
   for (const auto& [number, phones] : pairs) {
-    const CorpusTake& take = corpus.takes[number];
+    const CorpusTake& take = line.database.takeOf(TakeIndex(number));
     json entry{{"name", take.name}, {"labels", labelsToJson(take.labels)}};
     if (moving.contains(number)) {
       const std::shared_ptr<const MotionClip> kept = line.database.motionOf(TakeIndex(number));

@@ -139,7 +139,8 @@ void LiveStream::Data::makeOwnVoice() {
 void LiveStream::Data::makePronouncer() {
   if (pronouncer) return;
   pronouncer = std::make_unique<Pronouncer>(setup.lexicon ? &*setup.lexicon : nullptr, *setup.language);
-  for (const CorpusTake& take : setup.corpus.data().corpus.takes) lengths.add(take.labels);
+  const Corpus& corpus = setup.corpus.data().corpus;
+  for (const TakeIndex take : evenlySpreadTakes(corpus, kTakesOfWords)) lengths.add(takeOf(corpus, take).labels);
 }
 
 /// A word that is said within `span`, as the language says it; a number may be several.

@@ -16,14 +16,14 @@ constexpr std::string_view kMakeFace = "make the sample face with `make data` in
 
 SharedCorpus::Data::Data(const std::filesystem::path& file)
     : path(corpusFile(file)),
-      corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kOnDemand)),
+      corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kTakesOnDemand)),
       units(corpus),
       curve_model(units),
       actor{corpus.neutral_pose_mm, closedLipsMm(corpus), unseenRounding(corpus)} {}
 
 SharedCorpus::SharedCorpus(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
 const std::string& SharedCorpus::name() const { return data_->corpus.name; }
-std::size_t SharedCorpus::takeCount() const { return data_->corpus.takes.size(); }
+std::size_t SharedCorpus::takeCount() const { return mouthpiece::takeCount(data_->corpus); }
 std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpus.layout.markerNames(); }
 
 SharedFace::Data::Data(const std::filesystem::path& face_file)

@@ -30,22 +30,21 @@ Performance sourceOf(const Performance& line, std::size_t unit) {
     throw InputError(fmt::format("there is no unit {}; the line has {}", unit, from.animation.units.size()));
   const PlacedUnit& placed = from.animation.units[unit];
   const Corpus& corpus = from.corpus->data().corpus;
-  const auto take = std::find_if(corpus.takes.begin(), corpus.takes.end(),
-                                 [&](const CorpusTake& each) { return each.name == placed.take; });
-  if (take == corpus.takes.end()) throw InputError("curves move the face there: it was taken from nowhere");
-  const TakeIndex index(unsignedIndex(take - corpus.takes.begin()));
+  if (!placed.take_index) throw InputError("curves move the face there: it was taken from nowhere");
+  const TakeIndex index = *placed.take_index;
+  const CorpusTake& take = takeOf(corpus, index);
 
   auto made = std::make_shared<Performance::Data>();
   made->face = from.face;
   made->actor = from.actor;
   made->corpus = from.corpus;
   UtteranceAnimation& animation = made->animation;
-  animation.text = take->text;
+  animation.text = take.text;
   animation.voice = "recorded with the motion";
   animation.corpus = corpus.name;
   animation.method = "as captured";
-  animation.labels = take->labels;
-  animation.audio = take->audio;
+  animation.labels = take.labels;
+  animation.audio = take.audio;
   if (animation.audio.samples.empty() && corpus.motion_source) animation.audio = corpus.motion_source->loadAudio(index);
   if (animation.audio.samples.empty()) {
     animation.audio.sample_rate_hz = 16'000;

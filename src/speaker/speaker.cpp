@@ -84,9 +84,13 @@ std::string unknownSymbols(const SpeechLabels& labels) {
   return names.empty() ? "" : "said with a neutral mouth, since no row of IPA describes them: " + names;
 }
 
-PhonePairs phonePairsOf(const Corpus& corpus) {
+PhonePairs phonePairsOf(const UnitDatabase& units) {
   PhonePairs pairs;
-  for (const CorpusTake& take : corpus.takes) pairs.add(take.labels);
+  for (std::size_t a = 0; a < kPhoneCount; ++a) {
+    for (std::size_t b = 0; b < kPhoneCount; ++b) {
+      if (units.hasDiphone(Phone(a), Phone(b))) pairs.add(Phone(a), Phone(b));
+    }
+  }
   return pairs;
 }
 
@@ -94,8 +98,8 @@ PhonePairs phonePairsOf(const Corpus& corpus) {
 std::vector<std::string> linesOf(const Corpus& corpus) {
   constexpr std::size_t kMostLines = 2000;
   std::set<std::string> lines;
-  for (const CorpusTake& take : corpus.takes) {
-    if (lines.size() < kMostLines && !take.text.empty()) lines.insert(take.text);
+  for (const TakeIndex take : evenlySpreadTakes(corpus, kMostLines)) {
+    if (const std::string& text = takeOf(corpus, take).text; !text.empty()) lines.insert(text);
   }
   return {lines.begin(), lines.end()};
 }
@@ -105,9 +109,9 @@ std::vector<std::string> linesOf(const Corpus& corpus) {
 std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
   constexpr std::size_t kMostSounds = 60;  // more hardly tell more
   std::vector<LabelledSound> sounds;
-  const std::size_t every = corpus.takes.size() / kMostSounds + 1;
-  for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
-    const CorpusTake& take = corpus.takes[i];
+  const std::size_t every = takeCount(corpus) / kMostSounds + 1;
+  for (std::size_t i = 0; i < takeCount(corpus); i += every) {
+    const CorpusTake& take = takeOf(corpus, TakeIndex(i));
     sounds.push_back(
         {corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
   }
@@ -216,8 +220,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
 SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (source.audio.empty()) {
     if (lexicon)
-      line_lexicon =
-          lexiconForLine(*lexicon, speakableText(source.text, *language), phonePairsOf(corpus.data().corpus));
+      line_lexicon = lexiconForLine(*lexicon, speakableText(source.text, *language), phonePairsOf(corpus.data().units));
     if (!voice) {
       if (options.voice.empty()) options.voice = voiceFor(*language);
       voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, &corpus.data().units,
@@ -243,7 +246,8 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
 SpeechLabels Speaker::Data::withLikelyWords(const SpeechLabels& labels) {
   if (!likely_words) {
     likely_words.emplace(*language);
-    for (const CorpusTake& take : corpus.data().corpus.takes) likely_words->add(take.labels);
+    const Corpus& own = corpus.data().corpus;
+    for (const TakeIndex take : evenlySpreadTakes(own, kTakesOfWords)) likely_words->add(takeOf(own, take).labels);
   }
   return likely_words->complete(labels);
 }

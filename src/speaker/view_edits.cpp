@@ -15,12 +15,10 @@ namespace {
 constexpr std::size_t kMostOffers = 6;
 
 std::vector<std::vector<UnitOffer>> offersFor(const UtteranceAnimation& animation, const UnitDatabase& database) {
-  const std::vector<CorpusTake>& takes = database.corpus().takes;
+  const TakeIndex nowhere(takeCount(database.corpus()));
   std::vector<SelectedUnit> units;
   for (const PlacedUnit& unit : animation.units) {
-    const auto take =
-        std::find_if(takes.begin(), takes.end(), [&](const CorpusTake& each) { return each.name == unit.take; });
-    const PhonePlace source{TakeIndex(unsignedIndex(take - takes.begin())), unit.source_first};
+    const PhonePlace source{unit.take_index.value_or(nowhere), unit.source_first};
     units.push_back({unit.phones, source, 0, 0, false, {}});
   }
   std::vector<std::vector<UnitOffer>> offers;
@@ -28,8 +26,8 @@ std::vector<std::vector<UnitOffer>> offersFor(const UtteranceAnimation& animatio
     std::vector<UnitOffer>& own = offers.emplace_back();
     for (const SelectedUnit& other : others) {
       const CorpusTake& from = database.takeOf(other.source);
-      own.push_back(
-          {other.phones, from.name, from.labels.phones[other.source.phone.value].span.start, other.target_cost});
+      own.push_back({other.phones, from.name, other.source.take,
+                     from.labels.phones[other.source.phone.value].span.start, other.target_cost});
     }
   }
   return offers;
@@ -109,11 +107,13 @@ std::string Performance::Data::packedLine(const ViewEdits& view) const {
   if (!to_make_again || !corpus || !actor || !ownShapes().names.empty()) return {};
   SynthesisRequest request = *to_make_again;
   request.audio = animation.audio;
-  std::vector<std::string> takes;
+  std::vector<TakeIndex> takes;
   for (const std::vector<UnitOffer>& of_unit : view.offers) {
-    for (const UnitOffer& offer : of_unit) takes.push_back(offer.take);
+    for (const UnitOffer& offer : of_unit) takes.push_back(offer.take_index);
   }
-  for (const PlacedUnit& unit : animation.units) takes.push_back(unit.take);
+  for (const PlacedUnit& unit : animation.units) {
+    if (unit.take_index) takes.push_back(*unit.take_index);
+  }
   const UnitDatabase& database = corpus->data().units;
   const SynthesisPlan plan = planLine(animation.labels, database, request.options);
   const SharedFace::Data& own = needFace();

@@ -29,18 +29,24 @@ const VisemePoses& CurveModel::poses() const {
 }
 
 VisemePoses learnPoses(const Corpus& corpus) {
+  constexpr std::size_t kTakesTell = 5000;  // how long takes are
   double frames = 1;
-  for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * take.motion.frame_rate_hz;
-  const double takes_at_once = kPoseFrames / frames * asReal(corpus.takes.size());
+  const std::vector<TakeIndex> some = evenlySpreadTakes(corpus, kTakesTell);
+  for (const TakeIndex index : some) {
+    const CorpusTake& take = takeOf(corpus, index);
+    frames += take.labels.duration() * take.motion.frame_rate_hz;
+  }
+  const double takes_at_once = kPoseFrames / frames * asReal(some.size());
   const auto most = static_cast<std::size_t>(std::clamp(takes_at_once, 1.0, asReal(kPoseTakes)));
-  const std::size_t stride = std::max<std::size_t>(1, (corpus.takes.size() + most - 1) / most);
+  const std::size_t stride = std::max<std::size_t>(1, (takeCount(corpus) + most - 1) / most);
   std::vector<MotionClip> loaded;
   loaded.reserve(most);
   std::vector<PoseTake> takes;
-  for (std::size_t i = 0; i < corpus.takes.size(); i += stride) {
+  for (std::size_t i = 0; i < takeCount(corpus); i += stride) {
     const bool is_elsewhere = corpus.motion_source != nullptr;
     if (is_elsewhere) loaded.push_back(corpus.motion_source->load(TakeIndex(i)));
-    takes.push_back({&corpus.takes[i].labels, is_elsewhere ? &loaded.back() : &corpus.takes[i].motion});
+    const CorpusTake& take = takeOf(corpus, TakeIndex(i));
+    takes.push_back({&take.labels, is_elsewhere ? &loaded.back() : &take.motion});
   }
   return fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, &genericPoses());
 }

@@ -83,8 +83,8 @@ std::shared_ptr<const LinePrediction> TakePredictions::of(const UnitDatabase& da
   Kept wanted = found != kept_.end() ? *found : Kept{take, nullptr};
   if (found != kept_.end()) kept_.erase(found);
   if (!wanted.prediction)
-    wanted.prediction = std::make_shared<LinePrediction>(*database.corpus().trajectory_model,
-                                                         database.corpus().takes[take.value].labels);
+    wanted.prediction =
+        std::make_shared<LinePrediction>(*database.corpus().trajectory_model, database.takeOf(take).labels);
   if (kept_.size() >= kMost) kept_.erase(kept_.begin());
   kept_.push_back(wanted);
   return wanted.prediction;
@@ -204,9 +204,8 @@ std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitD
     if (!residual) return nullptr;
     if (predictions != nullptr) return predictions->of(database, take);
     std::shared_ptr<const LinePrediction>& known = of_takes[take];
-    const Corpus& corpus = database.corpus();
     if (!known)
-      known = std::make_shared<LinePrediction>(*corpus.trajectory_model, corpus.takes[take.value].labels,
+      known = std::make_shared<LinePrediction>(*database.corpus().trajectory_model, database.takeOf(take).labels,
                                                LinePrediction::Keeps::kNothing);
     return known;
   };

@@ -49,7 +49,7 @@ FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, do
   const auto keepSeen = [](std::vector<double>& values, double value) {
     if (std::isfinite(value)) values.push_back(value);
   };
-  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+  for (std::size_t take = 0; take < takeCount(corpus); ++take) {
     const bool on_demand = corpus.motion_source != nullptr;
     const MotionClip captured = on_demand ? corpus.motion_source->load(TakeIndex(take)) : corpus.takes[take].motion;
     const MotionClip motion = resampleClip(captured, frame_rate_hz);

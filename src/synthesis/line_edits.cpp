@@ -145,18 +145,16 @@ std::optional<PhoneIndex> placeOfPhones(const SpeechLabels& labels, const std::v
 /// The fragment that an edit names, if the corpus has it, it says these phones, and all of it was seen.
 std::optional<PhonePlace> sourceOf(const UnitEdit& edit, const SpeechLabels& labels, PhoneIndex first,
                                    const UnitDatabase& database) {
-  const std::vector<CorpusTake>& takes = database.corpus().takes;
-  for (std::size_t t = 0; t < takes.size(); ++t) {
-    if (takes[t].name != edit.take) continue;
-    const auto& phones = takes[t].labels.phones;
-    for (std::size_t p = 0; p + edit.phones.size() <= phones.size(); ++p) {
-      if (std::abs(phones[p].span.start - edit.source_start) > kNearSource) continue;
-      bool fits = true;
-      for (std::size_t i = 0; fits && i < edit.phones.size(); ++i)
-        fits = phones[p + i].phone == labels.phones[first.value + i].phone;
-      const PhonePlace place{TakeIndex(t), PhoneIndex(p)};
-      if (fits && database.isSeen(place, edit.phones.size())) return place;
-    }
+  const std::optional<TakeIndex> take = takeNamed(database.corpus(), edit.take);
+  if (!take) return std::nullopt;
+  const auto& phones = database.takeOf(*take).labels.phones;
+  for (std::size_t p = 0; p + edit.phones.size() <= phones.size(); ++p) {
+    if (std::abs(phones[p].span.start - edit.source_start) > kNearSource) continue;
+    bool fits = true;
+    for (std::size_t i = 0; fits && i < edit.phones.size(); ++i)
+      fits = phones[p + i].phone == labels.phones[first.value + i].phone;
+    const PhonePlace place{*take, PhoneIndex(p)};
+    if (fits && database.isSeen(place, edit.phones.size())) return place;
   }
   return std::nullopt;
 }

@@ -104,7 +104,8 @@ LiveMotion::LiveMotion(const UnitDatabase& database, const SynthesisOptions& opt
   }
   if (database.corpus().trajectory_model == nullptr)
     throw InputError(database.corpus().name + ": predicts no movement; expected a corpus with a trajectory model");
-  for (const CorpusTake& take : database.corpus().takes) likely_words_.add(take.labels);
+  for (const TakeIndex take : evenlySpreadTakes(database.corpus(), kTakesOfWords))
+    likely_words_.add(database.takeOf(take).labels);
 }
 
 Seconds LiveMotion::timeOf(std::size_t frame) const { return asReal(frame) / options_.frame_rate_hz; }

@@ -37,7 +37,7 @@ void expectUsable(const SynthesisRequest& request, const Corpus& corpus) {
     throw InputError(fmt::format("found a blend of {} ms; expected 0 to 1000 ms", request.options.overlap_ms));
   }
   if (request.labels.phones.empty()) throw InputError("found no phone to speak; expected at least silence");
-  if (corpus.takes.empty()) throw InputError(fmt::format("the corpus {} has no takes", corpus.name));
+  if (takeCount(corpus) == 0) throw InputError(fmt::format("the corpus {} has no takes", corpus.name));
 }
 
 PlacedUnit placedUnit(const Segment& segment, const LineToRender& line) {
@@ -54,6 +54,7 @@ PlacedUnit placedUnit(const Segment& segment, const LineToRender& line) {
   const CorpusTake& take = line.database.takeOf(unit.source);
   const std::size_t more = segment.phones.last.value - segment.phones.first.value;
   placed.take = take.name;
+  placed.take_index = unit.source.take;
   placed.source_first = unit.source.phone;
   placed.source_span = take.labels.spanOf({unit.source.phone, advance(unit.source, more).phone});
   placed.scale = scaleOf(take.labels, unit.source.phone, more + 1);

@@ -17,11 +17,12 @@ namespace mouthpiece {
 /// neighbours share one phone.
 struct PlacedUnit {
   PhoneRange phones;
-  std::string take;         ///< name of the corpus take
-  PhoneIndex source_first;  ///< first phone of the fragment in that take
-  TimeSpan source_span;     ///< of the fragment in its take
-  TimeSpan span;            ///< in the utterance
-  std::string scale;        ///< "sentence" "phrase" "word" "syllable" "diphone" "span"; "curves": no capture
+  std::string take;                     ///< name of the corpus take
+  std::optional<TakeIndex> take_index;  ///< in the corpus; none of curves
+  PhoneIndex source_first;              ///< first phone of the fragment in that take
+  TimeSpan source_span;                 ///< of the fragment in its take
+  TimeSpan span;                        ///< in the utterance
+  std::string scale;  ///< "sentence" "phrase" "word" "syllable" "diphone" "span"; "curves": no capture
   double cost = 0;
   bool is_backoff = false;  ///< the capture lacks the pair: curves, or a stand-in by viseme class
   TimeSpan sound = {};      ///< in the utterance: where its recording is heard; empty when another voice speaks

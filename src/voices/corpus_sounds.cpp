@@ -73,7 +73,7 @@ CorpusSounds::Recording& CorpusSounds::recordingOf(TakeIndex take) {
   std::unique_ptr<Recording>& recording = recordings_[take.value];
   if (recording) return *recording;
   const Corpus& corpus = database_.corpus();
-  const CorpusTake& from = corpus.takes[take.value];
+  const CorpusTake& from = database_.takeOf(take);
   AudioClip audio = from.audio;
   if (audio.samples.empty() && corpus.motion_source) audio = corpus.motion_source->loadAudio(take);
   if (audio.samples.empty() || audio.sample_rate_hz <= 0) {

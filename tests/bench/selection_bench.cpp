@@ -10,8 +10,8 @@
 
 #include "motion/marker_layout.h"
 #include "phonetics/labels/labels_builder.h"
+#include "support/phone_index.h"
 #include "synthesis/synthesis.h"
-#include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
 namespace {
@@ -62,7 +62,7 @@ double secondsOf(const auto& work) {
 /// Longest matches at every phone of ten new sentences.
 void longestMatch(benchmark::State& state) {
   const Takes takes = spokenTakes(static_cast<std::size_t>(state.range(0)));
-  const PhoneSpanIndex index(takes);
+  const PhoneSpanIndex index = samples::phoneIndexOf(takes);
   Takes lines = spokenTakes(static_cast<std::size_t>(state.range(0)) + 10);
   lines.erase(lines.begin(), lines.end() - 10);
   const auto searchAll = [&](const auto& search) {
@@ -86,7 +86,7 @@ BENCHMARK(longestMatch)->Arg(55)->Arg(300)->Arg(5000)->UseManualTime()->Unit(ben
 
 void buildIndex(benchmark::State& state) {
   const Takes takes = spokenTakes(static_cast<std::size_t>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(PhoneSpanIndex(takes).phoneCount());
+  for (auto _ : state) benchmark::DoNotOptimize(samples::phoneIndexOf(takes).phoneCount());
 }
 BENCHMARK(buildIndex)->Arg(55)->Arg(300)->Arg(5000)->Unit(benchmark::kMillisecond);
 

@@ -1,5 +1,5 @@
-// load_trial lines COUNT CORPUS: many lines in one process, through the front door; fails when memory or descriptors grow.
-// load_trial phones: the index over 100,000 and 1,000,000 phones, and a text of 10,000 phones chosen from each.
+// load_trial lines COUNT CORPUS: many lines in one process, through the front door; fails when memory or descriptors
+// grow. load_trial phones: the index over 100,000 and 1,000,000 phones, and a text of 10,000 phones chosen from each.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "mouthpiece/speaker.h"
-#include "units/selection/phone_span_index.h"
+#include "support/phone_index.h"
 
 namespace mouthpiece {
 namespace {
@@ -65,8 +65,10 @@ int speakLines(std::size_t count, const std::filesystem::path& corpus) {
     most = std::max(most, residentMiB());
   }
   const std::size_t left = openDescriptors();
-  fmt::print("{} lines, {} frames in {:.1f} s of processor time; {:.1f} MiB in the first {}, {:.1f} MiB at most; {} descriptors, then {}\n",
-             count, frames, secondsSince(start), first, kFirstLines, most, descriptors, left);
+  fmt::print(
+      "{} lines, {} frames in {:.1f} s of processor time; {:.1f} MiB in the first {}, {:.1f} MiB at most; {} "
+      "descriptors, then {}\n",
+      count, frames, secondsSince(start), first, kFirstLines, most, descriptors, left);
   return most > kMostGrowth * first || left > descriptors ? 1 : 0;
 }
 
@@ -96,14 +98,14 @@ int choosePhones() {
   for (const std::size_t phones : {100'000U, 1'000'000U}) {
     const auto takes = takesOf(phones, 3);
     auto start = std::clock();
-    const PhoneSpanIndex index(takes);
+    const PhoneSpanIndex index = samples::phoneIndexOf(takes);
     const double indexed_s = secondsSince(start);
     std::size_t units = 0;
     start = std::clock();
     for (std::size_t at = 0; at + 1 < text.size(); ++units)
       at += std::max<std::size_t>(2, index.longestMatch(std::span(text).subspan(at)).length) - 1;
-    fmt::print("{} phones: indexed in {:.3f} s; a text of {} phones in {} units, {:.2f} ms\n", index.phoneCount(), indexed_s,
-               text.size(), units, 1000 * secondsSince(start));
+    fmt::print("{} phones: indexed in {:.3f} s; a text of {} phones in {} units, {:.2f} ms\n", index.phoneCount(),
+               indexed_s, text.size(), units, 1000 * secondsSince(start));
   }
   return 0;
 }

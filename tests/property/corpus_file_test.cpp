@@ -136,7 +136,8 @@ TEST_F(CorpusFileProperty, WhatIsWrittenIsReadAndWrittenAlike) {
     // Take by take, and written from there.
     const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
     for (std::size_t i = open.takes.size(); i-- > 0;)
-      EXPECT_TRUE(sameNumbers(open.motion_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm));
+      EXPECT_TRUE(
+          sameNumbers(open.motion_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm));
     writeCorpus(folder_ / "from_source.corpus", open);
     ASSERT_TRUE(readFile(folder_ / "from_source.corpus") == bytes);
   }
@@ -199,7 +200,8 @@ TEST_F(CorpusFileProperty, AMissingRowIsMissed) {
     corpus.trajectory_model = samples::tinyModel(corpus);
     corpus.build_log.clear();
     writeCorpus(path_, corpus);
-    const std::string table(kCorpusTables[chance.below(kCorpusTables.size() - 1)].name);  // poses may be missing
+    const std::string table(kCorpusTables[chance.below(kCorpusTables.size())].name);
+    if (table == "viseme_poses") continue;  // may be missing
     std::vector<std::int64_t> ids;
     {
       SqliteDatabase database = SqliteDatabase::openReadOnly(path_);

@@ -1,10 +1,12 @@
-#include "units/selection/phone_span_index.h"
+#include "units/phones/phone_span_index.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <iostream>
 #include <random>
+
+#include "support/phone_index.h"
 
 namespace mouthpiece {
 namespace {
@@ -69,7 +71,7 @@ TEST(PhoneSpanIndexProperty, AgreesWithANaiveSearch) {
     RandomTakes random(seed);
     const std::size_t alphabet = 1 + random.below(round % 4 == 0 ? kPhoneCount : 3);
     const Takes takes = random.takes(alphabet);
-    const PhoneSpanIndex index(takes);
+    const PhoneSpanIndex index = samples::phoneIndexOf(takes);
     for (int query = 0; query < 8; ++query) {
       std::vector<Phone> phones = random.phones(random.below(30), alphabet);
       if (query % 2 == 0 && !takes.empty()) {  // something that does occur, with a strange tail
@@ -96,16 +98,16 @@ TEST(PhoneSpanIndexProperty, AgreesWithANaiveSearch) {
 }
 
 TEST(PhoneSpanIndexProperty, ManyEqualPhonesAreSortedInTime) {
-  const PhoneSpanIndex index({std::vector<Phone>(200'000, Phone::kSil)});
+  const PhoneSpanIndex index = samples::phoneIndexOf({std::vector<Phone>(200'000, Phone::kSil)});
   const std::vector<Phone> wanted(150'000, Phone::kSil);
   EXPECT_EQ(index.placesOf(wanted).size(), 50'001U);
 }
 
 TEST(PhoneSpanIndexProperty, EmptyCorporaAndEmptyQueriesFindNothing) {
-  const PhoneSpanIndex empty(Takes{});
+  const PhoneSpanIndex empty = samples::phoneIndexOf({});
   EXPECT_EQ(empty.longestMatch(std::vector<Phone>{Phone::kT, Phone::kAH}).length, 0U);
   EXPECT_TRUE(empty.placesOf(std::vector<Phone>{Phone::kT}).empty());
-  const PhoneSpanIndex index(Takes{{Phone::kT, Phone::kAH}, {}});
+  const PhoneSpanIndex index = samples::phoneIndexOf({{Phone::kT, Phone::kAH}, {}});
   EXPECT_EQ(index.longestMatch({}).length, 0U);
   EXPECT_EQ(index.longestMatch(std::vector<Phone>{Phone::kT}).length, 0U) << "one phone is no pair";
 }

@@ -45,6 +45,9 @@ class Lexicon {
 class PhonePairs {
  public:
   void add(const SpeechLabels& labels);
+  void add(Phone first, Phone second) {
+    pairs_[static_cast<std::size_t>(first)][static_cast<std::size_t>(second)] = true;
+  }
   [[nodiscard]] bool has(Phone first, Phone second) const {
     return pairs_[static_cast<std::size_t>(first)][static_cast<std::size_t>(second)];
   }

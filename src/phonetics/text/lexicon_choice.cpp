@@ -136,10 +136,7 @@ class LineChooser {
 }  // namespace
 
 void PhonePairs::add(const SpeechLabels& labels) {
-  for (std::size_t i = 1; i < labels.phones.size(); ++i) {
-    pairs_[static_cast<std::size_t>(labels.phones[i - 1].phone)][static_cast<std::size_t>(labels.phones[i].phone)] =
-        true;
-  }
+  for (std::size_t i = 1; i < labels.phones.size(); ++i) add(labels.phones[i - 1].phone, labels.phones[i].phone);
 }
 
 Lexicon lexiconForLine(const Lexicon& lexicon, std::string_view line, const PhonePairs& pairs) {

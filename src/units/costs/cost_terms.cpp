@@ -123,27 +123,6 @@ constexpr std::array<CostTerm, 9> kFragmentTerms{{
     {"stand-in", "", 10, "each pair that the corpus lacks", "", {}},
 }};
 
-/// Beyond the ends of a part of a line nothing is known: as a pause.
-bool isSilent(const SpeechLabels& labels, std::size_t phone) {
-  return phone >= labels.phones.size() || labels.phones[phone].phone == Phone::kSil;
-}
-
-double phoneRate(const SpeechLabels& labels, std::size_t phone) {
-  constexpr std::size_t kReach = 3;
-  std::size_t first = phone, last = phone;
-  while (first > 0 && phone - first < kReach && !isSilent(labels, first - 1)) --first;
-  while (last - phone < kReach && !isSilent(labels, last + 1)) ++last;
-  const Seconds length = labels.phones[last].span.end - labels.phones[first].span.start;
-  return asReal(last - first + 1) / std::max(length, 1e-3);
-}
-
-template <typename Tier>
-unsigned edgesOf(const Tier& tier, std::optional<std::size_t> entry, std::size_t phone) {
-  if (!entry) return 0;
-  const PhoneRange& range = tier[*entry].phones;
-  return (range.first.value == phone ? 1U : 0U) | (range.last.value == phone ? 2U : 0U);
-}
-
 }  // namespace
 
 std::span<const CostTerm> pairTerms() { return kPairTerms; }
@@ -159,27 +138,6 @@ std::size_t CostWeights::placeOf(std::string_view name) const {
       std::find_if(terms_.begin(), terms_.end(), [&](const CostTerm& term) { return term.name == name; });
   MOUTHPIECE_EXPECT(found != terms_.end());
   return unsignedIndex(found - terms_.begin());
-}
-
-PhoneFacts phoneFacts(const SpeechLabels& labels, std::size_t phone, bool with_logarithms) {
-  const LabelledPhone& own = labels.phones[phone];
-  PhoneFacts facts;
-  for (std::size_t i = 0; i < facts.phones.size(); ++i) {
-    const std::size_t at = phone + i - 2;  // below zero it wraps and is beyond the end
-    facts.phones[i] = at < labels.phones.size() ? labels.phones[at].phone : Phone::kSil;
-  }
-  facts.is_first = phone == 0;
-  facts.is_last = phone + 1 == labels.phones.size();
-  facts.edges = edgesOf(labels.syllables, own.syllable, phone) | edgesOf(labels.words, own.word, phone) << 2U;
-  if (own.phone != Phone::kSil) {
-    facts.edges |= (isSilent(labels, phone - 1) ? 16U : 0U) | (isSilent(labels, phone + 1) ? 32U : 0U);
-  }
-  if (own.syllable) facts.is_stressed = labels.syllables[*own.syllable].stress > 0;
-  facts.duration = own.span.duration();
-  if (!with_logarithms) return facts;
-  facts.log_duration = asFloat(std::log(std::max(1e-3, facts.duration)));
-  facts.log_rate = asFloat(std::log(phoneRate(labels, phone)));
-  return facts;
 }
 
 }  // namespace mouthpiece

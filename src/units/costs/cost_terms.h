@@ -7,26 +7,10 @@
 #include <variant>
 #include <vector>
 
-#include "base/time.h"
-#include "phonetics/labels/speech_labels.h"
+#include "units/phones/phone_columns.h"
 #include "units/prediction/phone_shapes.h"
 
 namespace mouthpiece {
-
-/// What labels say of one of their phones.
-struct PhoneFacts {
-  std::array<Phone, 5> phones{};           ///< two before, itself, two after; silence beyond the ends
-  bool is_first = false, is_last = false;  ///< of its labels
-  unsigned edges = 0;  ///< bits, from the lowest: begins, ends a syllable; begins, ends a word; begins, ends a phrase
-  bool is_stressed = false;
-  Seconds duration = 0;
-  float log_duration = 0;  ///< of seconds, a millisecond at least
-  float log_rate = 0;      ///< of phones a second, over up to three phones to each side, not beyond a pause
-
-  [[nodiscard]] Phone phone() const { return phones[2]; }
-};
-/// Without logarithms, which take longer than all the rest, those two stay 0.
-PhoneFacts phoneFacts(const SpeechLabels& labels, std::size_t phone, bool with_logarithms = true);
 
 /// A phone of the line and the captured one that is offered for it.
 struct OfferedPhone {

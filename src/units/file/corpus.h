@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "audio/audio_clip.h"
@@ -13,6 +14,7 @@
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
 #include "units/costs/cost_terms.h"
+#include "units/phones/phone_columns.h"
 #include "units/prediction/motion_settings.h"
 #include "units/prediction/phone_shapes.h"
 #include "units/prediction/trajectory_model.h"
@@ -28,10 +30,14 @@ struct CorpusTake {
   AudioClip audio;
 };
 
-/// Loads the motion of single takes of a corpus file. Thread-safe.
+/// Loads what is known of single takes of a corpus file. Thread-safe.
 class MotionSource {
  public:
   virtual ~MotionSource() = default;
+  /// Of a corpus with `phone_columns`: all but motion and sound, kept as long as the source lives. Throws InputError
+  /// when it is damaged.
+  [[nodiscard]] virtual const CorpusTake& take(TakeIndex take) const;
+  [[nodiscard]] virtual std::optional<TakeIndex> takeNamed(std::string_view name) const;
   /// Throws InputError when the take's motion is damaged.
   [[nodiscard]] virtual MotionClip load(TakeIndex take) const = 0;
   /// Of each frame of load(take), whether some marker is not seen in it; nothing where that is no sooner told than by
@@ -67,6 +73,9 @@ struct Corpus {
   /// What posesToJson() made of the takes when the corpus was built (src/vocal reads it); empty in one of format
   /// version 1 or 2 or without the markers that it needs, or when takes were taken out.
   std::string viseme_poses;
+  /// Set by readCorpus(..., CorpusMotion::kTakesOnDemand) of a file that keeps them: then `takes` is empty, and
+  /// takeOf() reads one when it is asked for. Null otherwise.
+  std::shared_ptr<const PhoneColumns> phone_columns = nullptr;
 };
 
 /// Between LIP_UP_MID and LIP_LO_MID in the actor's B P M at the tightest, the median; 0: not known.
@@ -74,12 +83,30 @@ inline double closedLipsMm(const Corpus& corpus) {
   return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
 }
 
-inline constexpr int kCorpusFormatVersion = 6;
+/// As many as there are, in `takes` or elsewhere.
+inline std::size_t takeCount(const Corpus& corpus) {
+  return corpus.phone_columns != nullptr ? corpus.phone_columns->takeCount() : corpus.takes.size();
+}
+/// Valid as long as the corpus. Throws InputError when it is damaged.
+inline const CorpusTake& takeOf(const Corpus& corpus, TakeIndex take) {
+  return corpus.phone_columns != nullptr ? corpus.motion_source->take(take) : corpus.takes[take.value];
+}
+/// The take of that name, if there is one; looks at one after another.
+std::optional<TakeIndex> takeNamed(const Corpus& corpus, std::string_view name);
+/// At most `most` of them, evenly spread, for what all would tell no better.
+std::vector<TakeIndex> evenlySpreadTakes(const Corpus& corpus, std::size_t most);
+/// Enough to know which words the speaker says, and how.
+inline constexpr std::size_t kTakesOfWords = 5000;
+/// Of `takes`, which are loaded; not sorted yet.
+PhoneColumns phoneColumnsOf(const Corpus& corpus);
+
+inline constexpr int kCorpusFormatVersion = 7;
 
 enum class CorpusAudio { kLoad, kSkip };
 
-/// kOnDemand: a line needs a few takes of hundreds; what they need is read and checked when they are used.
-enum class CorpusMotion { kLoad, kOnDemand };
+/// kOnDemand: a line needs a few takes of hundreds; what they need is read and checked when they are used. With
+/// kTakesOnDemand their labels, too.
+enum class CorpusMotion { kLoad, kOnDemand, kTakesOnDemand };
 
 /// Opens the database read-only and checks everything it uses (types, sizes, ranges, checksums of the
 /// motion blobs). Throws InputError for what is no database, truncated, damaged or of a newer version.

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "base/errors.h"
@@ -161,8 +162,29 @@ MarkerPositions readNeutralPose(SqliteDatabase& database, const MarkerLayout& la
 struct TakeSizes {
   LabelCounts labels;
   std::size_t frames = 0;
+  double frame_rate_hz = 0;
   std::size_t samples = 0;
+  int sample_rate_hz = 0;
 };
+
+/// The row at hand, all but the labels of which goes into `take`.
+TakeSizes readTake(const CheckedQuery& row, const std::string& file, CorpusTake& take) {
+  TakeSizes size;
+  take.name = row.text(1);
+  take.text = row.text(2);
+  size.labels.phones = countBetween(row, 3, "phones", 1, kMaxLabels);
+  size.labels.syllables = countBetween(row, 4, "syllables", 0, kMaxLabels);
+  size.labels.words = countBetween(row, 5, "words", 0, kMaxLabels);
+  size.frames = countBetween(row, 6, "frames", 1, kMaxFrames);
+  take.motion.frame_rate_hz = size.frame_rate_hz = row.real(7);
+  expectFrameRate(size.frame_rate_hz, file, row.place());
+  if (size.frame_rate_hz < 1)
+    row.fail(fmt::format("found {} frames a second; expected at least 1", size.frame_rate_hz));
+  size.samples = countBetween(row, 8, "samples", 0, kMaxSamples);
+  size.sample_rate_hz = static_cast<int>(countBetween(row, 9, "samples a second", 0, kMaxSampleRateHz));
+  take.audio.sample_rate_hz = size.sample_rate_hz;
+  return size;
+}
 
 std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised, Corpus& corpus) {
   std::vector<TakeSizes> sizes;
@@ -170,21 +192,9 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
   for (CheckedQuery row(database, "takes"); row.next();) {
     expectId(row, sizes.size());
     CorpusTake& take = corpus.takes.emplace_back();
-    take.name = row.text(1);
-    take.text = row.text(2);
+    sizes.push_back(readTake(row, database.file(), take));
     if (take.name.empty() || !names.insert(take.name).second)
       row.fail(fmt::format("found the name '{}'; expected one that no other take has", printable(take.name)));
-    TakeSizes& size = sizes.emplace_back();
-    size.labels.phones = countBetween(row, 3, "phones", 1, kMaxLabels);
-    size.labels.syllables = countBetween(row, 4, "syllables", 0, kMaxLabels);
-    size.labels.words = countBetween(row, 5, "words", 0, kMaxLabels);
-    size.frames = countBetween(row, 6, "frames", 1, kMaxFrames);
-    take.motion.frame_rate_hz = row.real(7);
-    expectFrameRate(take.motion.frame_rate_hz, database.file(), row.place());
-    if (take.motion.frame_rate_hz < 1)
-      row.fail(fmt::format("found {} frames a second; expected at least 1", take.motion.frame_rate_hz));
-    size.samples = countBetween(row, 8, "samples", 0, kMaxSamples);
-    take.audio.sample_rate_hz = static_cast<int>(countBetween(row, 9, "samples a second", 0, kMaxSampleRateHz));
   }
   if (sizes.size() != promised)
     throw InputError(database.file(), "takes", fmt::format("has {} rows; expected {}", sizes.size(), promised));
@@ -274,64 +284,132 @@ void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio) {
   for (std::size_t i = 0; i < pcm.size(); ++i) audio.samples[i] = static_cast<float>(pcm[i]) / 32768.0F;
 }
 
+/// Takes that are read when they are asked for.
+class StoredTakes {
+ public:
+  struct Take {
+    CorpusTake take;
+    TakeSizes sizes;
+  };
+
+  StoredTakes(SqliteDatabase& database, StoredColumns stored)
+      : file_(database.file()),
+        stored_(std::move(stored)),
+        rows_(database, "takes", CheckedQuery::ById()),
+        labels_(database, CheckedQuery::FromId()) {}
+
+  [[nodiscard]] std::size_t phoneCount(TakeIndex take) const { return stored_.columns->phoneCount(take); }
+
+  [[nodiscard]] std::optional<TakeIndex> named(SqliteDatabase& database, std::string_view name) const {
+    CheckedQuery row(database, "takes");
+    for (std::size_t take = 0; row.next(); ++take) {
+      if (row.text(1) == name && take < stored_.columns->takeCount()) return TakeIndex(take);
+    }
+    return std::nullopt;
+  }
+
+  const Take& of(TakeIndex take) {
+    const auto found = known_.find(take.value);
+    return found != known_.end() ? *found->second : *known_.emplace(take.value, read(take)).first->second;
+  }
+
+ private:
+  std::unique_ptr<Take> read(TakeIndex take) {
+    auto read = std::make_unique<Take>();
+    rows_.find(signedIndex(take.value));
+    read->sizes = readTake(rows_, file_, read->take);
+    const LabelCounts before = stored_.before(take), next = stored_.before(TakeIndex(take.value + 1));
+    const LabelCounts& counts = read->sizes.labels;
+    if (before.phones + counts.phones != next.phones || before.words + counts.words != next.words ||
+        before.syllables + counts.syllables != next.syllables)
+      rows_.fail("has other labels than phone_columns");
+    labels_.startAt(before);
+    read->take.labels = labels_.read(take.value, counts);
+    const PhoneColumns& columns = *stored_.columns;
+    for (std::size_t i = 0; i < counts.phones; ++i) {
+      const LabelledPhone& phone = read->take.labels.phones[i];
+      if (phone.phone != columns.phones[before.phones + i] ||
+          phone.span.duration() != columns.durations[before.phones + i])
+        rows_.fail("has other phones than phone_columns");
+    }
+    return read;
+  }
+
+  std::string file_;
+  StoredColumns stored_;
+  CheckedQuery rows_;
+  LabelReader labels_;
+  std::unordered_map<std::size_t, std::unique_ptr<Take>> known_;
+};
+
 /// Keeps the file open.
 class FileMotionSource : public MotionSource {
  public:
-  FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, const Corpus& corpus)
+  /// `sizes` of all takes, or `stored` of a corpus with phone_columns.
+  FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, StoredColumns stored, const Corpus& corpus)
       : database_(std::move(database)),
         sizes_(std::move(sizes)),
         marker_names_(corpus.layout.markerNames()),
         motion_(database_, "motion", CheckedQuery::ById()),
         audio_(database_, "audio", CheckedQuery::ById()) {
-    for (const CorpusTake& take : corpus.takes) {
-      rates_.push_back({take.motion.frame_rate_hz, take.audio.sample_rate_hz});
-    }
+    if (stored.columns != nullptr) takes_.emplace(database_, std::move(stored));
     if (corpus.trajectory_model == nullptr) return;
     shape_components_ = shapeComponents(*corpus.trajectory_model);
     shapes_.emplace(database_, "phone_shapes", CheckedQuery::ById());
   }
 
+  [[nodiscard]] const CorpusTake& take(TakeIndex take) const override {
+    const std::scoped_lock lock(mutex_);
+    return takes_->of(take).take;
+  }
+
+  [[nodiscard]] std::optional<TakeIndex> takeNamed(std::string_view name) const override {
+    const std::scoped_lock lock(mutex_);
+    return takes_->named(database_, name);
+  }
+
   [[nodiscard]] MotionClip load(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
     motion_.find(signedIndex(take.value));
-    MotionClip clip{rates_[take.value].frames_hz, marker_names_, {}};
-    readPositions(motion_, sizes_[take.value].frames, clip);
+    MotionClip clip{sizesOf(take).frame_rate_hz, marker_names_, {}};
+    readPositions(motion_, sizesOf(take).frames, clip);
     return clip;
   }
 
   [[nodiscard]] std::optional<std::vector<bool>> loadUnseen(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
     motion_.find(signedIndex(take.value));
-    return readUnseen(motion_, sizes_[take.value].frames, marker_names_.size());
+    return readUnseen(motion_, sizesOf(take).frames, marker_names_.size());
   }
 
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
     shapes_->find(signedIndex(take.value));
-    return readShapes(*shapes_, sizes_[take.value].labels.phones, shape_components_);
+    return readShapes(*shapes_, takes_ ? takes_->phoneCount(take) : sizes_[take.value].labels.phones,
+                      shape_components_);
   }
 
   [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
     audio_.find(signedIndex(take.value));
-    AudioClip audio{rates_[take.value].samples_hz, {}};
-    readSamples(audio_, sizes_[take.value].samples, audio);
+    AudioClip audio{sizesOf(take).sample_rate_hz, {}};
+    readSamples(audio_, sizesOf(take).samples, audio);
     return audio;
   }
 
  private:
-  struct Rates {
-    double frames_hz;
-    int samples_hz;
-  };
+  [[nodiscard]] const TakeSizes& sizesOf(TakeIndex take) const {
+    return takes_ ? takes_->of(take).sizes : sizes_[take.value];
+  }
+
   mutable std::mutex mutex_;
-  SqliteDatabase database_;
+  mutable SqliteDatabase database_;
   std::vector<TakeSizes> sizes_;
-  std::vector<Rates> rates_;
   std::vector<std::string> marker_names_;
   Eigen::Index shape_components_ = 0;
   mutable CheckedQuery motion_, audio_;
   mutable std::optional<CheckedQuery> shapes_;
+  mutable std::optional<StoredTakes> takes_;
 };
 
 struct OpenCorpus {
@@ -374,6 +452,32 @@ void checkRows(OpenCorpus& corpus, std::vector<std::string>& problems) {
 
 }  // namespace
 
+const CorpusTake& MotionSource::take(TakeIndex /*take*/) const { throw InternalError("the takes are in memory"); }
+std::optional<TakeIndex> MotionSource::takeNamed(std::string_view /*name*/) const {
+  throw InternalError("the takes are in memory");
+}
+
+std::optional<TakeIndex> takeNamed(const Corpus& corpus, std::string_view name) {
+  if (corpus.phone_columns != nullptr) return corpus.motion_source->takeNamed(name);
+  const auto found =
+      std::find_if(corpus.takes.begin(), corpus.takes.end(), [&](const CorpusTake& take) { return take.name == name; });
+  if (found == corpus.takes.end()) return std::nullopt;
+  return TakeIndex(unsignedIndex(found - corpus.takes.begin()));
+}
+
+std::vector<TakeIndex> evenlySpreadTakes(const Corpus& corpus, std::size_t most) {
+  const std::size_t count = takeCount(corpus), kept = std::min(count, most);
+  std::vector<TakeIndex> takes;
+  for (std::size_t i = 0; i < kept; ++i) takes.emplace_back(i * count / kept);
+  return takes;
+}
+
+PhoneColumns phoneColumnsOf(const Corpus& corpus) {
+  PhoneColumns columns;
+  for (const CorpusTake& take : corpus.takes) columns.add(take.labels, isAdapted(take));
+  return columns;
+}
+
 Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) {
   OpenCorpus open = openCorpus(path);
   SqliteDatabase& database = open.database;
@@ -382,11 +486,17 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
   const std::size_t promised = readMeta(database, corpus);
   corpus.layout = readLayout(database);
   corpus.neutral_pose_mm = readNeutralPose(database, corpus.layout);
-  const std::vector<TakeSizes> sizes = readTakes(database, promised, corpus);
-  std::vector<LabelCounts> label_counts;
-  for (const TakeSizes& size : sizes) label_counts.push_back(size.labels);
-  std::vector<SpeechLabels> labels = readLabels(database, label_counts);
-  for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
+  StoredColumns stored;
+  if (motion == CorpusMotion::kTakesOnDemand && open.version > 6) stored = readColumns(database, promised);
+  corpus.phone_columns = stored.columns;
+  std::vector<TakeSizes> sizes;
+  if (corpus.phone_columns == nullptr) {
+    sizes = readTakes(database, promised, corpus);
+    LabelReader labels(database);
+    for (std::size_t take = 0; take < sizes.size(); ++take)
+      corpus.takes[take].labels = labels.read(take, sizes[take].labels);
+    labels.expectEnd();
+  }
   if (open.version > 1) readTrajectoryModel(database, corpus);
   if (open.version > 2) readVisemePoses(database, corpus);
   if (motion == CorpusMotion::kLoad) {
@@ -400,8 +510,9 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
       readSamples(row, sizes[take].samples, corpus.takes[take].audio);
     });
   }
-  if (motion == CorpusMotion::kOnDemand)
-    corpus.motion_source = std::make_shared<FileMotionSource>(std::move(database), sizes, corpus);
+  if (motion != CorpusMotion::kLoad)
+    corpus.motion_source =
+        std::make_shared<FileMotionSource>(std::move(database), std::move(sizes), std::move(stored), corpus);
   return corpus;
 }
 
@@ -413,6 +524,10 @@ std::vector<std::string> checkCorpus(const fs::path& path) {
     if (problems.empty()) {
       const Corpus read = readCorpus(path, CorpusAudio::kLoad);
       if (read.trajectory_model != nullptr) readAllShapes(corpus.database, read);
+      if (corpus.version > 6) {
+        if (const std::string fault = faultOfColumns(corpus.database, read); !fault.empty())
+          problems.push_back(fmt::format("{}:{}", corpus.database.file(), fault));
+      }
     }
   } catch (const InputError& error) {
     problems.emplace_back(error.what());

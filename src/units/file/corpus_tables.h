@@ -19,10 +19,9 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 6 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as 4 and 5 have, and
-/// some of them packed; version 1 ends before `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's
-/// checksum.
-inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
+/// Format version 7 (docs/formats/corpus.md); version 1 ends before `trajectory_model`, version 2 before
+/// `viseme_poses`, 3 to 6 before `phone_columns`. `crc` is the row's checksum.
+inline constexpr std::array<CorpusTable, 13> kCorpusTables{{
     {"meta",
      "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",
      4},
@@ -60,9 +59,13 @@ inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
      "CREATE TABLE phone_shapes(id INTEGER PRIMARY KEY, numbers BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
     {"viseme_poses",
      "CREATE TABLE viseme_poses(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"phone_columns",
+     "CREATE TABLE phone_columns(id INTEGER PRIMARY KEY, name TEXT NOT NULL, numbers BLOB NOT NULL, crc INTEGER NOT "
+     "NULL) STRICT",
+     4},
 }};
-inline constexpr std::array<std::size_t, 6> kTablesOfVersion{9,  11, 12,
-                                                             12, 12, kCorpusTables.size()};  ///< version 1 first
+/// Version 1 first.
+inline constexpr std::array<std::size_t, 7> kTablesOfVersion{9, 11, 12, 12, 12, 12, kCorpusTables.size()};
 
 /// How many rows of each table a take promises.
 struct LabelCounts {
@@ -71,9 +74,42 @@ struct LabelCounts {
   std::size_t words = 0;
 };
 
-/// The labels of all takes, from the tables words, syllables and phones. Throws InputError unless every promise of
-/// SpeechLabels holds and each take has as many rows as `counts` says.
-std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector<LabelCounts>& counts);
+/// The labels of takes, from the tables words, syllables and phones: of one after another from the first on, or of any.
+class LabelReader {
+ public:
+  explicit LabelReader(SqliteDatabase& database);
+  LabelReader(SqliteDatabase& database, CheckedQuery::FromId anywhere);
+
+  /// The take is next that has as many rows `before` it.
+  void startAt(const LabelCounts& before);
+  /// Of the next one, which is `take`. Throws InputError unless every promise of SpeechLabels holds and it has as many
+  /// rows as `counts` says.
+  [[nodiscard]] SpeechLabels read(std::size_t take, const LabelCounts& counts);
+  /// Throws InputError where rows are left.
+  void expectEnd();
+
+ private:
+  std::string file_;
+  CheckedQuery words_, syllables_, phones_;
+};
+
+// The table `phone_columns`.
+
+/// PhoneColumns of a file, and how many rows of the other tables are before each take.
+struct StoredColumns {
+  std::shared_ptr<PhoneColumns> columns;
+  std::vector<std::uint32_t> word_begin, syllable_begin;  ///< by take
+
+  [[nodiscard]] LabelCounts before(TakeIndex take) const {
+    return {columns->take_begin[take.value], syllable_begin[take.value], word_begin[take.value]};
+  }
+};
+/// Throws InputError where they cannot be those of `takes` takes.
+StoredColumns readColumns(SqliteDatabase& database, std::size_t takes);
+/// Nothing of more phones than a row has room for: such a file is opened as one of version 6.
+void writeColumns(CheckedInsert rows, const Corpus& corpus);
+/// What is wrong with those of the file, beside `corpus`, whose labels were read; "" when nothing is.
+std::string faultOfColumns(SqliteDatabase& database, const Corpus& corpus);
 
 // The tables `trajectory_model` and `phone_shapes`.
 

@@ -152,6 +152,7 @@ void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
     writeTakes(database, corpus, writeSamples(database, corpus));
     writeTrajectoryModel(database, corpus);
     if (!corpus.viseme_poses.empty()) inserter(database, "viseme_poses").integer(0).text(corpus.viseme_poses).insert();
+    writeColumns(inserter(database, "phone_columns"), corpus);
     database.execute("COMMIT");
     database.close();
   });

@@ -12,23 +12,6 @@ namespace {
 
 constexpr double kMaxTime = 1e6;  ///< seconds; eleven days
 
-/// Calls read(row, take, index within the take) for each row of `table`, whose rows lie take after take.
-template <typename CountOf, typename Read>
-void readRowsByTake(SqliteDatabase& database, const char* table, std::size_t takes, CountOf countOf, Read read) {
-  CheckedQuery row(database, table);
-  for (std::size_t take = 0; take < takes; ++take) {
-    for (std::size_t i = 0; i < countOf(take); ++i) {
-      if (!row.next())
-        throw InputError(database.file(), table,
-                         fmt::format("take {} has {} rows; expected {}", take, i, countOf(take)));
-      if (row.integer(1) != signedIndex(take))
-        row.fail(fmt::format("found take {}; expected {}", row.integer(1), take));
-      read(row, take, i);
-    }
-  }
-  if (row.next()) row.fail("is one row too many");
-}
-
 std::size_t indexBelow(const CheckedQuery& row, int column, std::size_t size, const char* what) {
   const std::int64_t value = row.integer(column);
   if (value < 0 || value >= signedIndex(size))
@@ -79,40 +62,66 @@ TimeSpan readSpan(const CheckedQuery& row, int column, const std::vector<Labelle
   return span;
 }
 
+/// The next `count` rows, all of `take`.
+template <typename Read>
+void readRows(CheckedQuery& row, const std::string& file, std::size_t take, std::size_t count, const Read& read) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!row.next())
+      throw InputError(file, row.table(), fmt::format("take {} has {} rows; expected {}", take, i, count));
+    if (row.integer(1) != signedIndex(take)) row.fail(fmt::format("found take {}; expected {}", row.integer(1), take));
+    read(i);
+  }
+}
+
 }  // namespace
 
-std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector<LabelCounts>& counts) {
-  std::vector<SpeechLabels> labels(counts.size());
-  readRowsByTake(
-      database, "words", counts.size(), [&](std::size_t take) { return counts[take].words; },
-      [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
-        auto& words = labels[take].words;
-        reserveRows(words, index, counts[take].words);
-        words.push_back({std::string(row.text(2)), readRange(row, 3, counts[take].phones, firstFreePhone(words))});
-      });
-  readRowsByTake(
-      database, "syllables", counts.size(), [&](std::size_t take) { return counts[take].syllables; },
-      [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
-        auto& syllables = labels[take].syllables;
-        reserveRows(syllables, index, counts[take].syllables);
-        const PhoneRange range = readRange(row, 2, counts[take].phones, firstFreePhone(syllables));
-        syllables.push_back({range, static_cast<int>(indexBelow(row, 4, 3, "stress"))});
-      });
-  readRowsByTake(
-      database, "phones", counts.size(), [&](std::size_t take) { return counts[take].phones; },
-      [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
-        SpeechLabels& own = labels[take];
-        reserveRows(own.phones, index, counts[take].phones);
-        const auto phone = phoneFromName(row.text(2));
-        if (!phone) row.fail(fmt::format("found phone {}; expected an ARPAbet symbol or sil", printable(row.text(2))));
-        own.phones.push_back({*phone, readSpan(row, 3, own.phones), readOwner(row, 5, own.words, index),
-                              readOwner(row, 6, own.syllables, index)});
-      });
-  for (std::size_t take = 0; take < labels.size(); ++take) {
-    if (const std::string_view fault = faultOf(labels[take]); !fault.empty())
-      throw InputError(database.file(), fmt::format("take {}", take), std::string(fault));
-  }
+LabelReader::LabelReader(SqliteDatabase& database)
+    : file_(database.file()),
+      words_(database, "words"),
+      syllables_(database, "syllables"),
+      phones_(database, "phones") {}
+
+LabelReader::LabelReader(SqliteDatabase& database, CheckedQuery::FromId anywhere)
+    : file_(database.file()),
+      words_(database, "words", anywhere),
+      syllables_(database, "syllables", anywhere),
+      phones_(database, "phones", anywhere) {}
+
+void LabelReader::startAt(const LabelCounts& before) {
+  words_.startAt(signedIndex(before.words));
+  syllables_.startAt(signedIndex(before.syllables));
+  phones_.startAt(signedIndex(before.phones));
+}
+
+SpeechLabels LabelReader::read(std::size_t take, const LabelCounts& counts) {
+  SpeechLabels labels;
+  readRows(words_, file_, take, counts.words, [&](std::size_t index) {
+    reserveRows(labels.words, index, counts.words);
+    labels.words.push_back(
+        {std::string(words_.text(2)), readRange(words_, 3, counts.phones, firstFreePhone(labels.words))});
+  });
+  readRows(syllables_, file_, take, counts.syllables, [&](std::size_t index) {
+    reserveRows(labels.syllables, index, counts.syllables);
+    const PhoneRange range = readRange(syllables_, 2, counts.phones, firstFreePhone(labels.syllables));
+    labels.syllables.push_back({range, static_cast<int>(indexBelow(syllables_, 4, 3, "stress"))});
+  });
+  readRows(phones_, file_, take, counts.phones, [&](std::size_t index) {
+    reserveRows(labels.phones, index, counts.phones);
+    const auto phone = phoneFromName(phones_.text(2));
+    if (!phone)
+      phones_.fail(fmt::format("found phone {}; expected an ARPAbet symbol or sil", printable(phones_.text(2))));
+    labels.phones.push_back({*phone, readSpan(phones_, 3, labels.phones), readOwner(phones_, 5, labels.words, index),
+                             readOwner(phones_, 6, labels.syllables, index)});
+  });
+  if (const std::string_view fault = faultOf(labels); !fault.empty())
+    throw InputError(file_, fmt::format("take {}", take), std::string(fault));
   return labels;
+}
+
+void LabelReader::expectEnd() {
+  for (CheckedQuery* rows : {&words_, &syllables_, &phones_}) {
+    if (rows->next()) rows->fail("is one row too many");
+  }
 }
 
 }  // namespace mouthpiece

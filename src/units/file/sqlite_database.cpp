@@ -55,8 +55,7 @@ std::uint32_t extendChecksum(std::uint32_t crc, double value) {
 std::string_view columnBytes(sqlite3_stmt* statement, int column) {
   const void* data = sqlite3_column_blob(statement, column);
   const int size = sqlite3_column_bytes(statement, column);
-  return data == nullptr ? std::string_view()
-                         : std::string_view(static_cast<const char*>(data), unsignedIndex(size));
+  return data == nullptr ? std::string_view() : std::string_view(static_cast<const char*>(data), unsignedIndex(size));
 }
 
 std::uint32_t columnChecksum(sqlite3_stmt* statement, int column, std::uint32_t crc) {
@@ -148,6 +147,17 @@ CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, ById /*t
     : database_(database),
       table_(std::move(table)),
       statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id=?", table_))) {}
+
+CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, FromId /*tag*/)
+    : database_(database),
+      table_(std::move(table)),
+      statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id>=? ORDER BY id", table_))) {}
+
+void CheckedQuery::startAt(std::int64_t id) {
+  sqlite3_reset(statement_.get());
+  sqlite3_bind_int64(statement_.get(), 1, id);
+  row_ = unsignedIndex(id);
+}
 
 void CheckedQuery::find(std::int64_t id) {
   sqlite3_reset(statement_.get());

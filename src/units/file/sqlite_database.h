@@ -59,6 +59,12 @@ class CheckedQuery {
   struct ById {};
   CheckedQuery(SqliteDatabase& database, std::string table, ById tag);
 
+  /// For startAt().
+  struct FromId {};
+  CheckedQuery(SqliteDatabase& database, std::string table, FromId tag);
+  /// The row of that id is next.
+  void startAt(std::int64_t id);
+
   /// False after the last row. Throws InputError when the row's checksum differs.
   bool next();
   /// As next(), but tells a wrong checksum through isIntact().
@@ -74,6 +80,7 @@ class CheckedQuery {
   [[nodiscard]] std::string_view blob(int column) const;  ///< valid until the next row
   [[nodiscard]] bool isNull(int column) const;
 
+  [[nodiscard]] const std::string& table() const { return table_; }
   /// "phones row 17": where we are, for messages.
   [[nodiscard]] std::string place() const;
   [[noreturn]] void fail(const std::string& what) const;

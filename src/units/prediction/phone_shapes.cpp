@@ -88,14 +88,16 @@ PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels
   return shapes;
 }
 
-PackedShapes::PackedShapes(const PhoneShapes& shapes)
-    : tightest_mm_(shapes.tightest_mm), size_(static_cast<std::uint32_t>(shapes.captured.cols())) {
+PackedShapes::PackedShapes(const PhoneShapes& shapes, std::size_t first, std::size_t count)
+    : tightest_mm_(shapes.tightest_mm.begin() + signedIndex(first),
+                   shapes.tightest_mm.begin() + signedIndex(first + count)),
+      size_(static_cast<std::uint32_t>(shapes.captured.cols())) {
   const float largest = std::max(largestOf(shapes.captured), largestOf(shapes.predicted));
   mm_per_step_ = largest / kLargestStep;
   const float steps_per_mm = largest > kNothingMm ? kLargestStep / largest : 0.0F;
-  numbers_.resize(2 * shapes.phoneCount() * size_);
+  numbers_.resize(2 * count * size_);
   std::int16_t* next = numbers_.data();
-  for (Eigen::Index phone = 0; phone < signedIndex(shapes.phoneCount()); ++phone) {
+  for (Eigen::Index phone = signedIndex(first); phone < signedIndex(first + count); ++phone) {
     for (const PhoneShapes::Matrix* values : {&shapes.captured, &shapes.predicted}) {
       const float* row = values->data() + phone * values->cols();
       for (std::uint32_t i = 0; i < size_; ++i, ++next) {

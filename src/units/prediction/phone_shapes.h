@@ -43,7 +43,9 @@ struct PhoneShape {
 class PackedShapes {
  public:
   PackedShapes() = default;
-  explicit PackedShapes(const PhoneShapes& shapes);
+  explicit PackedShapes(const PhoneShapes& shapes) : PackedShapes(shapes, 0, shapes.phoneCount()) {}
+  /// Of `count` phones from `first` on alone, which are the first ones here; the numbers are those of all of them.
+  PackedShapes(const PhoneShapes& shapes, std::size_t first, std::size_t count);
 
   [[nodiscard]] PhoneShape unpacked(std::size_t phone) const;
   [[nodiscard]] float tightestMm(std::size_t phone) const { return tightest_mm_[phone]; }

@@ -100,9 +100,7 @@ class SelectionCosts {
   // Of pairs only:
   double closed_mm_ = 0;
   PhoneShapes::Matrix predicted_;
-  std::vector<float> openings_;                         ///< lip opening in mm of one unit of each component
-  std::vector<bool> adapted_;                           ///< by take
-  mutable std::vector<std::vector<PhoneFacts>> facts_;  ///< by take, as they are asked for
+  std::vector<float> openings_;  ///< lip opening in mm of one unit of each component
   mutable PhoneShapes::Matrix differences_, velocities_;
 };
 

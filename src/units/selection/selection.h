@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "phonetics/labels/speech_labels.h"
 #include "units/costs/cost_terms.h"
-#include "units/selection/phone_span_index.h"
+#include "units/phones/phone_span_index.h"
 
 namespace mouthpiece {
 

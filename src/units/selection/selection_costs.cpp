@@ -17,7 +17,10 @@ SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& d
     if (const auto* ends = std::get_if<CostTerm::OfEnds>(&value)) end_terms_.push_back({weight, *ends});
     if (const auto* join = std::get_if<CostTerm::OfJoin>(&value)) join_terms_.push_back({weight, *join});
   }
-  for (std::size_t i = 0; i < target.phones.size(); ++i) wanted_.push_back(phoneFacts(target, i, of_pairs));
+  PhoneColumns line;
+  line.add(target, false);
+  for (std::size_t i = 0; i < target.phones.size(); ++i)
+    wanted_.push_back(line.factsOf({TakeIndex(0), PhoneIndex(i)}, of_pairs));
 }
 
 SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& database,
@@ -32,8 +35,6 @@ SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& d
   neighbour_weight_ = weights["neighbours"];
   closed_mm_ = model.closed_opening_mm;
   predicted_ = predictedShapes(model, target);
-  facts_.resize(corpus.takes.size());
-  for (const CorpusTake& take : corpus.takes) adapted_.push_back(isAdapted(take));
   openings_.assign(unsignedIndex(shapeComponents(model)), 0.0F);
   if (!database.lips().hasLips()) return;
   const Eigen::VectorXd openings = database.lips().verticalOpenings(model.shapes);
@@ -41,11 +42,7 @@ SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& d
 }
 
 PhoneFacts SelectionCosts::found(const PhonePlace& place) const {
-  const SpeechLabels& labels = database_.takeOf(place).labels;
-  if (!of_pairs_) return phoneFacts(labels, place.phone.value, false);
-  std::vector<PhoneFacts>& facts = facts_[place.take.value];
-  for (std::size_t i = facts.size(); i < labels.phones.size(); ++i) facts.push_back(phoneFacts(labels, i));
-  return facts[place.phone.value];
+  return database_.columns().factsOf(place, of_pairs_);
 }
 
 double SelectionCosts::phoneCost(std::size_t phone, const PhonePlace& place, const PhoneFacts& found, bool look) const {
@@ -55,7 +52,7 @@ double SelectionCosts::phoneCost(std::size_t phone, const PhonePlace& place, con
   if (of_pairs_) {
     shape = database_.shapeOf(place);
     offered.shape = &shape;
-    offered.is_adapted = adapted_[place.take.value];
+    offered.is_adapted = database_.columns().isAdapted(place.take);
     offered.predicted = {predicted_.row(signedIndex(phone)).data(), unsignedIndex(predicted_.cols())};
     // Where the lips were not seen the difference is NaN, which is not taken.
     if (closes && closed_mm_ > 0) offered.left_open_mm = std::max(0.0, database_.tightestMm(place) - closed_mm_);
@@ -91,21 +88,21 @@ double SelectionCosts::labelCost(const PhoneRange& range, const PhonePlace& plac
 }
 
 double SelectionCosts::roughCost(std::size_t first, const PhonePlace& place) const {
-  const std::vector<LabelledPhone>& take = database_.takeOf(place).labels.phones;
-  const std::size_t at = place.phone.value;
+  const PhoneColumns& columns = database_.columns();
+  const std::size_t at = columns.positionOf(place);
   double cost = 0;
   for (std::size_t i = 0; i < 2; ++i) {
     const PhoneFacts& wanted = wanted_[first + i];
     if (wanted.phone() == Phone::kSil) continue;
-    const float length = asFloat(std::max(1e-3, take[at + i].span.duration()));
+    const float length = asFloat(std::max(1e-3, columns.durations[at + i]));
     cost += 0.5 * duration_weight_ * std::abs(wanted.log_duration - std::log(length));
   }
   const auto neighbour = [&](Phone wanted, Phone found, PhonePart facing) {
     if (wanted == found) return 0.0;
     return visemeDistance(wanted, found, facing) <= kSameVisemeDistance ? 0.5 : 1.0;
   };
-  const Phone before = at > 0 ? take[at - 1].phone : Phone::kSil;
-  const Phone after = at + 2 < take.size() ? take[at + 2].phone : Phone::kSil;
+  const Phone before = place.phone.value > 0 ? columns.phones[at - 1] : Phone::kSil;
+  const Phone after = at + 2 < columns.endOf(place.take) ? columns.phones[at + 2] : Phone::kSil;
   return cost + neighbour_weight_ / 3 *
                     (neighbour(wanted_[first].phones[1], before, PhonePart::kEnd) +
                      neighbour(wanted_[first + 1].phones[3], after, PhonePart::kBegin));

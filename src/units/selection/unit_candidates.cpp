@@ -9,27 +9,25 @@
 namespace mouthpiece {
 namespace {
 
-template <typename Tier>
-bool isOneOf(const Tier& tier, std::size_t first, std::size_t last) {
-  return std::any_of(tier.begin(), tier.end(), [&](const auto& entry) {
-    return entry.phones.first.value == first && entry.phones.last.value == last;
-  });
-}
-
 /// One of the two phones may lose the contact of its lips: the neighbouring unit still holds that phone whole.
 constexpr double kFarthest = 1.75 * kLostContactDistance;
 
 /// A sentence, word or syllable with at most one phone of context on either side, or a diphone.
-bool isPaperUnit(const SpeechLabels& take, std::size_t first, std::size_t length) {
+bool isPaperUnit(const PhoneColumns& columns, const PhonePlace& place, std::size_t length) {
   if (length == 2) return true;
-  const std::size_t last = first + length - 1;
+  const auto marksAt = [&](std::size_t phone) { return columns.marks[columns.positionOf(advance(place, phone))]; };
+  const auto isEntry = [&](std::size_t first, std::size_t last, unsigned begins, unsigned ends) {
+    for (std::size_t i = first; i <= last; ++i) {
+      if (((marksAt(i) & begins) != 0) != (i == first)) return false;
+    }
+    return (marksAt(last) & ends) != 0;
+  };
   for (const std::size_t left : {0U, 1U}) {
     for (const std::size_t right : {0U, 1U}) {
-      const std::size_t core_first = first + left;
-      const std::size_t core_last = last - right;
-      const bool is_sentence = core_first == 0 && core_last + 1 == take.phones.size();
-      if (is_sentence || isOneOf(take.words, core_first, core_last) || isOneOf(take.syllables, core_first, core_last))
-        return true;
+      const std::size_t first = left, last = length - 1 - right;
+      const bool is_sentence =
+          place.phone.value + first == 0 && place.phone.value + last + 1 == columns.phoneCount(place.take);
+      if (is_sentence || isEntry(first, last, 4, 8) || isEntry(first, last, 1, 2)) return true;
     }
   }
   return false;
@@ -44,7 +42,7 @@ UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& d
 }
 
 bool UnitCandidates::isOfScale(const PhonePlace& place, std::size_t length) const {
-  return scales_ == UnitScales::kAny || isPaperUnit(database_.takeOf(place).labels, place.phone.value, length);
+  return scales_ == UnitScales::kAny || isPaperUnit(database_.columns(), place, length);
 }
 
 void UnitCandidates::failWithPair(std::size_t first, const char* what) const {
@@ -99,10 +97,11 @@ std::vector<StandIns> UnitCandidates::standIns(std::size_t first, double beyond_
     if (distance_a > farthest) continue;
     for (std::size_t b = 0; b < kPhoneCount; ++b) {
       const double distance = distance_a + visemeDistance(phones_[first + 1], Phone(b), PhonePart::kBegin);
-      const std::vector<PhonePlace>& places = database_.diphones(Phone(a), Phone(b));
-      if (distance > farthest || places.empty() || (only_seen && !isAnySeen(places, 2))) continue;
+      if (distance > farthest || !database_.hasDiphone(Phone(a), Phone(b))) continue;
+      std::vector<PhonePlace> places = database_.diphones(Phone(a), Phone(b));
+      if (only_seen && !isAnySeen(places, 2)) continue;
       farthest = std::min(farthest, distance + beyond_nearest);
-      near.push_back({distance, places});
+      near.push_back({distance, std::move(places)});
     }
   }
   std::erase_if(near, [&](const StandIns& stand_ins) { return stand_ins.distance > farthest; });

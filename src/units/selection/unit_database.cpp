@@ -2,23 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <list>
 #include <mutex>
+#include <numeric>
 #include <optional>
+#include <unordered_map>
 
 #include "base/errors.h"
 
 namespace mouthpiece {
 namespace {
 
-std::vector<std::vector<Phone>> phonesOfTakes(const Corpus& corpus) {
-  std::vector<std::vector<Phone>> takes(corpus.takes.size());
-  for (std::size_t take = 0; take < takes.size(); ++take) {
-    takes[take].reserve(corpus.takes[take].labels.phones.size());
-    for (const LabelledPhone& phone : corpus.takes[take].labels.phones) takes[take].push_back(phone.phone);
-  }
-  return takes;
+/// Of more the shapes of whole takes would be most of what a line needs in memory.
+constexpr std::size_t kLargeCorpus = 200'000;  // phones
+
+std::shared_ptr<const PhoneColumns> columnsOf(const Corpus& corpus) {
+  if (corpus.phone_columns != nullptr) return corpus.phone_columns;
+  return std::make_shared<const PhoneColumns>(phoneColumnsOf(corpus));
 }
 
 std::size_t diphoneIndex(Phone a, Phone b) {
@@ -39,6 +39,11 @@ struct UnitDatabase::TakeFacts {
 struct UnitDatabase::TakeShapes {
   std::once_flag once;
   PackedShapes shapes;
+};
+
+struct UnitDatabase::PlaceShapes {
+  std::mutex mutex;
+  std::unordered_map<PhoneColumns::Position, PackedShapes> shapes;
 };
 
 /// The clips that were asked for last.
@@ -74,13 +79,8 @@ class UnitDatabase::RecentMotion {
 };
 
 UnitDatabase::UnitDatabase(const Corpus& corpus)
-    : corpus_(corpus),
-      index_(phonesOfTakes(corpus)),
-      lips_(corpus.layout),
-      diphones_(kPhoneCount * kPhoneCount),
-      facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())),
-      shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())),
-      recent_(std::make_unique<RecentMotion>()) {
+    : corpus_(corpus), index_(columnsOf(corpus)), lips_(corpus.layout), pair_begin_(kPhoneCount * kPhoneCount + 1) {
+  makeRoomForTakes();
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const std::string& region = corpus.layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
@@ -90,29 +90,41 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
     neutral_opening_mm_ = lips_.opening(
         Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size()));
   }
-  std::vector<std::uint32_t> counts(diphones_.size());
-  for (const CorpusTake& take : corpus.takes) {
-    const auto& phones = take.labels.phones;
-    for (std::size_t i = 0; i + 1 < phones.size(); ++i) ++counts[diphoneIndex(phones[i].phone, phones[i + 1].phone)];
-  }
-  for (std::size_t pair = 0; pair < counts.size(); ++pair) diphones_[pair].reserve(counts[pair]);
-  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
-    const auto& phones = corpus.takes[take].labels.phones;
-    for (std::size_t i = 0; i + 1 < phones.size(); ++i) {
-      diphones_[diphoneIndex(phones[i].phone, phones[i + 1].phone)].push_back({TakeIndex(take), PhoneIndex(i)});
+  const auto forEachPair = [&](const auto& visit) {
+    const std::vector<Phone>& phones = columns().phones;
+    for (std::size_t take = 0; take < columns().takeCount(); ++take) {
+      const PhoneColumns::Position end = columns().endOf(TakeIndex(take));
+      for (PhoneColumns::Position i = columns().take_begin[take]; i + 1 < end; ++i)
+        visit(diphoneIndex(phones[i], phones[i + 1]), i);
     }
-  }
+  };
+  forEachPair([&](std::size_t pair, auto /*position*/) { ++pair_begin_[pair + 1]; });
+  std::partial_sum(pair_begin_.begin(), pair_begin_.end(), pair_begin_.begin());
+  pair_places_.resize(pair_begin_.back());
+  std::vector<PhoneColumns::Position> next = pair_begin_;
+  forEachPair([&](std::size_t pair, PhoneColumns::Position position) { pair_places_[next[pair]++] = position; });
 }
 
 UnitDatabase::~UnitDatabase() = default;
 
-void UnitDatabase::forgetTakes() {
-  facts_ = std::make_unique<TakeFacts[]>(corpus_.takes.size());
-  shapes_ = std::make_unique<TakeShapes[]>(corpus_.takes.size());
+void UnitDatabase::makeRoomForTakes() {
+  const bool is_large = columns().phoneCount() > kLargeCorpus;
+  facts_ = std::make_unique<TakeFacts[]>(takeCount(corpus_));
+  shapes_ = is_large ? nullptr : std::make_unique<TakeShapes[]>(takeCount(corpus_));
+  place_shapes_ = is_large ? std::make_unique<PlaceShapes>() : nullptr;
   recent_ = std::make_unique<RecentMotion>();
 }
 
-const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
+void UnitDatabase::forgetTakes() { makeRoomForTakes(); }
+
+std::vector<PhonePlace> UnitDatabase::diphones(Phone a, Phone b) const {
+  const std::size_t pair = diphoneIndex(a, b);
+  return columns().placesOf(pair_places_.data() + pair_begin_[pair], pair_places_.data() + pair_begin_[pair + 1]);
+}
+
+bool UnitDatabase::hasDiphone(Phone a, Phone b) const {
+  return pair_begin_[diphoneIndex(a, b)] < pair_begin_[diphoneIndex(a, b) + 1];
+}
 
 Eigen::RowVectorXd poseAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {
   const auto last = asReal(motion.frameCount() - 1);
@@ -159,7 +171,7 @@ const UnitDatabase::TakeFacts& UnitDatabase::lipFactsOf(TakeIndex take) const {
     const std::shared_ptr<const MotionClip> kept = motionOf(take);
     const MotionClip& motion = *kept;
     const auto columns = signedIndex(lip_columns_.size());
-    for (const LabelledPhone& phone : corpus_.takes[take.value].labels.phones) {
+    for (const LabelledPhone& phone : takeOf(take).labels.phones) {
       const double tightest = lips_.hasLips() ? lips_.tightest(motion, phone.span) : std::nan("");
       facts.opening_left_mm.push_back(std::isnan(tightest) ? 0 : tightest - neutral_opening_mm_);
       PhoneLips& lips = facts.lips.emplace_back();
@@ -184,19 +196,39 @@ const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
   return lipFactsOf(place.take).lips[place.phone.value];
 }
 
+PhoneShapes UnitDatabase::loadShapes(TakeIndex take) const {
+  MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
+  PhoneShapes shapes;
+  if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
+  if (shapes.phoneCount() > 0) return shapes;
+  return phoneShapes(*corpus_.trajectory_model, takeOf(take).labels, *motionOf(take), corpus_.neutral_pose_mm, lips_);
+}
+
 const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
   TakeShapes& known = shapes_[take.value];
-  std::call_once(known.once, [&] {
-    MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
-    PhoneShapes shapes;
-    if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
-    if (shapes.phoneCount() == 0) {
-      shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, *motionOf(take),
-                           corpus_.neutral_pose_mm, lips_);
-    }
-    known.shapes = PackedShapes(shapes);
-  });
+  std::call_once(known.once, [&] { known.shapes = PackedShapes(loadShapes(take)); });
   return known.shapes;
+}
+
+/// Who asks for a phone asks for the next one soon.
+const PackedShapes& UnitDatabase::shapesAt(const PhonePlace& place) const {
+  const PhoneColumns::Position at = columns().positionOf(place);
+  const std::scoped_lock lock(place_shapes_->mutex);
+  auto& known = place_shapes_->shapes;
+  if (const auto found = known.find(at); found != known.end()) return found->second;
+  const PhoneShapes shapes = loadShapes(place.take);
+  const std::size_t end = std::min(place.phone.value + 2, shapes.phoneCount());
+  for (std::size_t i = place.phone.value; i < end; ++i)
+    known.try_emplace(at + static_cast<PhoneColumns::Position>(i - place.phone.value), shapes, i, 1U);
+  return known.at(at);
+}
+
+PhoneShape UnitDatabase::shapeOf(const PhonePlace& place) const {
+  return shapes_ ? shapesOf(place.take).unpacked(place.phone.value) : shapesAt(place).unpacked(0);
+}
+
+float UnitDatabase::tightestMm(const PhonePlace& place) const {
+  return shapes_ ? shapesOf(place.take).tightestMm(place.phone.value) : shapesAt(place).tightestMm(0);
 }
 
 bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {

@@ -7,8 +7,8 @@
 
 #include "motion/lip_gauge.h"
 #include "units/file/corpus.h"
+#include "units/phones/phone_span_index.h"
 #include "units/prediction/phone_shapes.h"
-#include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
 
@@ -30,7 +30,9 @@ class UnitDatabase {
 
   [[nodiscard]] const Corpus& corpus() const { return corpus_; }
   [[nodiscard]] const PhoneSpanIndex& index() const { return index_; }
-  [[nodiscard]] const CorpusTake& takeOf(const PhonePlace& place) const { return corpus_.takes[place.take.value]; }
+  [[nodiscard]] const PhoneColumns& columns() const { return index_.columns(); }
+  [[nodiscard]] const CorpusTake& takeOf(TakeIndex take) const { return mouthpiece::takeOf(corpus_, take); }
+  [[nodiscard]] const CorpusTake& takeOf(const PhonePlace& place) const { return takeOf(place.take); }
   /// The take's motion; never null. Of a corpus that was read so it is loaded when asked for, and those asked for last
   /// are kept, 32 MB of them: a line compares many takes of a large corpus and plays a few. Throws InputError when it
   /// is damaged.
@@ -60,37 +62,40 @@ class UnitDatabase {
 
   /// What the lattice compares. Only in a corpus with a trajectory model. From the file, or computed on the take's
   /// first question.
-  [[nodiscard]] PhoneShape shapeOf(const PhonePlace& place) const {
-    return shapesOf(place.take).unpacked(place.phone.value);
-  }
+  [[nodiscard]] PhoneShape shapeOf(const PhonePlace& place) const;
   /// PhoneShapes::tightest_mm.
-  [[nodiscard]] float tightestMm(const PhonePlace& place) const {
-    return shapesOf(place.take).tightestMm(place.phone.value);
-  }
+  [[nodiscard]] float tightestMm(const PhonePlace& place) const;
 
   /// Frees what was loaded of single takes; it is loaded again when asked for. What was handed out before is no longer
   /// valid, and no other thread may be asking.
   void forgetTakes();
 
-  /// Where phone `a` followed by phone `b` occurs.
-  [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
+  /// Where phone `a` followed by phone `b` occurs, in the order of the corpus.
+  [[nodiscard]] std::vector<PhonePlace> diphones(Phone a, Phone b) const;
+  [[nodiscard]] bool hasDiphone(Phone a, Phone b) const;
 
  private:
   struct TakeFacts;
   struct TakeShapes;
+  struct PlaceShapes;
   class RecentMotion;
   [[nodiscard]] const std::vector<std::uint32_t>& unseenBefore(TakeIndex take) const;
   [[nodiscard]] const TakeFacts& lipFactsOf(TakeIndex take) const;
   [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
+  [[nodiscard]] const PackedShapes& shapesAt(const PhonePlace& place) const;
+  [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const;
+  void makeRoomForTakes();
 
   const Corpus& corpus_;
   PhoneSpanIndex index_;
   LipGauge lips_;
   double neutral_opening_mm_ = 0;
   std::vector<Eigen::Index> lip_columns_;
-  std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
-  std::unique_ptr<TakeFacts[]> facts_;             ///< one a take
-  std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
+  std::vector<PhoneColumns::Position> pair_begin_;  ///< kPhoneCount x kPhoneCount: where their places begin, and end
+  std::vector<PhoneColumns::Position> pair_places_;
+  std::unique_ptr<TakeFacts[]> facts_;         ///< one a take
+  std::unique_ptr<TakeShapes[]> shapes_;       ///< the same; null in a large corpus, which has
+  std::unique_ptr<PlaceShapes> place_shapes_;  ///< those of single phones
   std::unique_ptr<RecentMotion> recent_;
 };
 

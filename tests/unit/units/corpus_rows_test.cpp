@@ -172,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Wrong{"UPDATE words SET take=1 WHERE id=0", ":words row 1: found take 1; expected 0"},
         Wrong{"UPDATE takes SET words=5 WHERE id=5", ":words: take 5 has 4 rows; expected 5"},
-        Wrong{"UPDATE takes SET words=3 WHERE id=5", ":words row 24: is one row too many"},
+        Wrong{"UPDATE takes SET words=3 WHERE id=5", ":phones row 69: found owner 3; expected one of 3"},
         Wrong{"UPDATE words SET first_phone=2, last_phone=1 WHERE id=0",
               ":words row 1: found phones 2 to 1; expected rising ones from 0"},
         Wrong{"UPDATE words SET first_phone=2 WHERE id=1",
@@ -224,6 +224,62 @@ INSTANTIATE_TEST_SUITE_P(
                             ":trajectory_model row 5: component 1 moves in 2 s with a lead of 0.009999999776482582 s"},
                       Wrong{"UPDATE trajectory_model SET name='goal viseme Ah' WHERE name='target viseme Ah'",
                             ":trajectory_model row 13: found goal viseme Ah; expected at most 1000000 targets"}));
+
+/// What `phone_columns` says is believed by who opens a corpus take by take, until it asks for a take.
+class WrongColumns : public WrongCorpora {};
+
+TEST_P(WrongColumns, AreRefusedWithWhatIsWrong) {
+  writeCorpus(path_, wholeCorpus());
+  const auto said = [&] {
+    return errorOf([&] {
+      const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kTakesOnDemand);
+      for (std::size_t take = 0; take < takeCount(open); ++take) takeOf(open, TakeIndex(take));
+    });
+  };
+  changeCorpus(path_, "SELECT 1");
+  ASSERT_EQ(said(), "no error");
+  changeCorpus(path_, GetParam().statement);
+  EXPECT_EQ(said(), path_.string() + GetParam().said);
+  EXPECT_EQ(checkCorpus(path_).size(), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Description, WrongColumns,
+    ::testing::Values(
+        Wrong{"UPDATE phone_columns SET name='beginnings' WHERE id=0",
+              ":phone_columns row 1: found beginnings; expected take begin"},
+        Wrong{"DELETE FROM phone_columns WHERE id=6", ":phone_columns row 6: has no suffixes"},
+        Wrong{"INSERT INTO phone_columns VALUES(7, 'more', x'00', 0)", ":phone_columns row 8: is one row too many"},
+        Wrong{"UPDATE phone_columns SET numbers=substr(numbers, 2) WHERE name='durations'",
+              ":phone_columns row 6: found 567 bytes; expected 8 a number"},
+        Wrong{"UPDATE phone_columns SET numbers=substr(numbers, 2) WHERE name='marks'",
+              ":phone_columns: columns are not equally long"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'ff'||substr(numbers, 2) AS BLOB) WHERE name='phones'",
+              ":phone_columns: name phones that there are not"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'ffffff7f'||substr(numbers, 5) AS BLOB) WHERE name='suffixes'",
+              ":phone_columns: name places that there are not"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'000000000000f87f'||substr(numbers, 9) AS BLOB) WHERE "
+              "name='durations'",
+              ":phone_columns: hold times that do not rise"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'ff000000'||substr(numbers, 5) AS BLOB) WHERE name='take begin'",
+              ":phone_columns: takes do not follow each other"},
+        Wrong{"UPDATE phone_columns SET numbers=substr(numbers, 1, 20) WHERE name='word begin'",
+              ":phone_columns: are not those of 6 takes"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'00000000'||x'00000000'||substr(numbers, 9) AS BLOB) WHERE "
+              "name='word begin'",
+              ":takes row 0: has other labels than phone_columns"},
+        Wrong{"UPDATE phone_columns SET numbers=CAST(x'0000000000003040'||substr(numbers, 9) AS BLOB) WHERE "
+              "name='durations'",
+              ":takes row 0: has other phones than phone_columns"}));
+
+TEST_F(WrongCorpora, ColumnsOfOtherLabelsAreFound) {
+  writeCorpus(path_, wholeCorpus());
+  changeCorpus(
+      path_,
+      "UPDATE phone_columns SET numbers=CAST(substr(numbers, 5)||substr(numbers, 1, 4) AS BLOB) WHERE name='suffixes'");
+  EXPECT_EQ(checkCorpus(path_), std::vector<std::string>{path_.string() + ":phone_columns: differ from the labels"});
+  EXPECT_NO_THROW(readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kTakesOnDemand));
+}
 
 TEST_F(WrongCorpora, OtherVersionsAndTablesAreNoCorpus) {
   writeCorpus(path_, wholeCorpus());

@@ -229,7 +229,10 @@ TEST(PartOfALine, IsSelectedLikeAnother) {
       EXPECT_TRUE(std::isfinite(units[0].target_cost));
     }
   }
-  const PhoneFacts first = phoneFacts(part, 0), last = phoneFacts(part, 3);
+  PhoneColumns columns;
+  columns.add(part, false);
+  const PhoneFacts first = columns.factsOf({TakeIndex(0), PhoneIndex(0)});
+  const PhoneFacts last = columns.factsOf({TakeIndex(0), PhoneIndex(3)});
   EXPECT_EQ(first.phones[1], Phone::kSil);
   EXPECT_EQ(first.edges, 16U) << "begins a phrase";
   EXPECT_EQ(last.edges, 32U);

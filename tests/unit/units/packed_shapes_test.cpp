@@ -36,6 +36,16 @@ TEST(PackedShapes, KeepsNumbersToAShareOfTheirRange) {
   }
 }
 
+TEST(PackedShapes, OfAFewPhonesAreThoseOfAll) {
+  const PhoneShapes shapes = madeUp(7, 20);
+  const PackedShapes all(shapes), few(shapes, 3, 2);
+  for (const std::size_t phone : {0U, 1U}) {
+    EXPECT_EQ(few.unpacked(phone).captured(), all.unpacked(3 + phone).captured());
+    EXPECT_EQ(few.unpacked(phone).predicted(), all.unpacked(3 + phone).predicted());
+    EXPECT_EQ(few.tightestMm(phone), all.tightestMm(3 + phone));
+  }
+}
+
 TEST(PackedShapes, WhatWasNotSeenStaysNotSeen) {
   PhoneShapes shapes = madeUp(3, 10);
   shapes.captured(1, 4) = std::numeric_limits<float>::quiet_NaN();
