@@ -47,6 +47,11 @@ class MotionSource {
   [[nodiscard]] virtual AudioClip loadAudio(TakeIndex take) const = 0;
   /// Of a corpus with a trajectory model; empty: not kept. Throws InputError when they are damaged.
   [[nodiscard]] virtual PhoneShapes loadShapes(TakeIndex /*take*/) const { return {}; }
+  /// Of `count` of its phones, from `first` on; empty where that is no sooner read than all.
+  [[nodiscard]] virtual PhoneShapes loadSomeShapes(TakeIndex /*take*/, std::size_t /*first*/,
+                                                   std::size_t /*count*/) const {
+    return {};
+  }
 };
 
 struct Corpus;

@@ -384,9 +384,15 @@ class FileMotionSource : public MotionSource {
 
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
+    const std::size_t phones = phoneCount(take);
     shapes_->find(signedIndex(take.value));
-    return readShapes(*shapes_, takes_ ? takes_->phoneCount(take) : sizes_[take.value].labels.phones,
-                      shape_components_);
+    return readShapes(*shapes_, phones, shape_components_, 0, phones);
+  }
+
+  [[nodiscard]] PhoneShapes loadSomeShapes(TakeIndex take, std::size_t first, std::size_t count) const override {
+    const std::scoped_lock lock(mutex_);
+    shapes_->find(signedIndex(take.value));
+    return readShapes(*shapes_, phoneCount(take), shape_components_, first, count);
   }
 
   [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
@@ -398,6 +404,9 @@ class FileMotionSource : public MotionSource {
   }
 
  private:
+  [[nodiscard]] std::size_t phoneCount(TakeIndex take) const {
+    return takes_ ? takes_->phoneCount(take) : sizes_[take.value].labels.phones;
+  }
   [[nodiscard]] const TakeSizes& sizesOf(TakeIndex take) const {
     return takes_ ? takes_->of(take).sizes : sizes_[take.value];
   }

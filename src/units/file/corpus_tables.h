@@ -115,8 +115,9 @@ std::string faultOfColumns(SqliteDatabase& database, const Corpus& corpus);
 
 /// Fills `corpus.trajectory_model` and `lattice_weights`; leaves them alone when the table is empty. Needs the layout.
 void readTrajectoryModel(SqliteDatabase& database, Corpus& corpus);
-/// Of the take whose row is at hand.
-PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components);
+/// Of the take of `phones` phones whose row is at hand: of `count` from `first` on.
+PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components, std::size_t first,
+                       std::size_t count);
 /// Looks at the shapes of all takes; throws InputError for what is damaged or missing.
 void readAllShapes(SqliteDatabase& database, const Corpus& corpus);
 /// Nothing for a corpus without a model.

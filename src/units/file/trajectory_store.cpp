@@ -26,18 +26,26 @@ constexpr std::size_t kMostHidden = 1024, kMostNetworks = 64;
 
 using Numbers = std::vector<float>;
 
-/// `nan_allowed`: what was not seen.
-Numbers numbersOf(const CheckedQuery& row, int column, std::size_t expected, bool nan_allowed = false) {
-  const std::string_view blob = row.blob(column);
-  if (blob.size() != expected * sizeof(float))
-    row.fail(fmt::format("found {} bytes; expected {}", blob.size(), expected * sizeof(float)));
-  Numbers numbers(expected);
-  if (!blob.empty()) std::memcpy(numbers.data(), blob.data(), blob.size());
+void expectNumbers(const CheckedQuery& row, int column, std::size_t expected) {
+  const std::size_t found = row.blob(column).size();
+  if (found != expected * sizeof(float))
+    row.fail(fmt::format("found {} bytes; expected {}", found, expected * sizeof(float)));
+}
+
+/// `count` of the blob's numbers, from `first` on. `nan_allowed`: what was not seen.
+Numbers numbersAt(const CheckedQuery& row, int column, std::size_t first, std::size_t count, bool nan_allowed) {
+  Numbers numbers(count);
+  if (count > 0) std::memcpy(numbers.data(), row.blob(column).data() + first * sizeof(float), count * sizeof(float));
   for (const float number : numbers) {
     if (!(std::abs(number) <= kLargest) && !(nan_allowed && std::isnan(number)))
       row.fail(fmt::format("found {}; expected a number up to {}", number, kLargest));
   }
   return numbers;
+}
+
+Numbers numbersOf(const CheckedQuery& row, int column, std::size_t expected) {
+  expectNumbers(row, column, expected);
+  return numbersAt(row, column, 0, expected, false);
 }
 
 /// Row by row.
@@ -224,15 +232,18 @@ Numbers packed(const PhoneShapes& shapes) {
 
 void readTrajectoryModel(SqliteDatabase& database, Corpus& corpus) { ModelReader(database, corpus).read(); }
 
-PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components) {
+PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components, std::size_t first,
+                       std::size_t count) {
   const auto width = unsignedIndex(PhoneShapes::kPoints * components);
-  const Numbers numbers = numbersOf(row, 1, phones * (2 * width + 1), true);
-  const auto rows = signedIndex(phones);
-  const auto columns = signedIndex(width);
+  expectNumbers(row, 1, phones * (2 * width + 1));
   PhoneShapes shapes;
-  shapes.captured = Eigen::Map<const PhoneShapes::Matrix>(numbers.data(), rows, columns);
-  shapes.predicted = Eigen::Map<const PhoneShapes::Matrix>(numbers.data() + phones * width, rows, columns);
-  shapes.tightest_mm.assign(numbers.end() - signedIndex(phones), numbers.end());
+  const auto matrixAt = [&](std::size_t number) {
+    const Numbers numbers = numbersAt(row, 1, number, count * width, true);
+    return Eigen::Map<const PhoneShapes::Matrix>(numbers.data(), signedIndex(count), signedIndex(width)).eval();
+  };
+  shapes.captured = matrixAt(first * width);
+  shapes.predicted = matrixAt((phones + first) * width);
+  shapes.tightest_mm = numbersAt(row, 1, 2 * phones * width + first, count, true);
   return shapes;
 }
 
@@ -241,7 +252,8 @@ void readAllShapes(SqliteDatabase& database, const Corpus& corpus) {
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     if (!row.next()) row.fail("is missing");
     if (row.integer(0) != signedIndex(take)) row.fail(fmt::format("found id {}; expected {}", row.integer(0), take));
-    readShapes(row, corpus.takes[take].labels.phones.size(), shapeComponents(*corpus.trajectory_model));
+    const std::size_t phones = corpus.takes[take].labels.phones.size();
+    readShapes(row, phones, shapeComponents(*corpus.trajectory_model), 0, phones);
   }
   if (row.next()) row.fail("no such take");
 }

@@ -47,9 +47,9 @@ Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& data
     for (const std::size_t side : {0U, 1U}) {  // the pair that it begins, the pair that it ends
       if (phone < side || phone + 1 - side >= target.phones.size()) continue;
       const std::size_t first = phone - side;
-      const auto& places = database.diphones(target.phones[first].phone, target.phones[first + 1].phone);
-      const std::size_t every = places.size() / kMostPlaces + 1;
-      for (std::size_t i = 0; i < places.size(); i += every) mean.add(advance(places[i], side), predicted.row(row));
+      for (const PhonePlace& place :
+           database.diphones(target.phones[first].phone, target.phones[first + 1].phone, kMostPlaces))
+        mean.add(advance(place, side), predicted.row(row));
     }
     const Eigen::RowVectorXf value = mean.value();
     for (Eigen::Index point = 0; point < PhoneShapes::kPoints; ++point) {

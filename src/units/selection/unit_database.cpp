@@ -117,9 +117,13 @@ void UnitDatabase::makeRoomForTakes() {
 
 void UnitDatabase::forgetTakes() { makeRoomForTakes(); }
 
-std::vector<PhonePlace> UnitDatabase::diphones(Phone a, Phone b) const {
-  const std::size_t pair = diphoneIndex(a, b);
-  return columns().placesOf(pair_places_.data() + pair_begin_[pair], pair_places_.data() + pair_begin_[pair + 1]);
+std::vector<PhonePlace> UnitDatabase::diphones(Phone a, Phone b, std::size_t most) const {
+  const std::size_t first = pair_begin_[diphoneIndex(a, b)], end = pair_begin_[diphoneIndex(a, b) + 1];
+  const std::size_t every = (end - first) / most + 1;
+  if (every == 1) return columns().placesOf(pair_places_.data() + first, pair_places_.data() + end);
+  std::vector<PhoneColumns::Position> some;
+  for (std::size_t i = first; i < end; i += every) some.push_back(pair_places_[i]);
+  return columns().placesOf(some.data(), some.data() + some.size());
 }
 
 bool UnitDatabase::hasDiphone(Phone a, Phone b) const {
@@ -204,6 +208,18 @@ PhoneShapes UnitDatabase::loadShapes(TakeIndex take) const {
   return phoneShapes(*corpus_.trajectory_model, takeOf(take).labels, *motionOf(take), corpus_.neutral_pose_mm, lips_);
 }
 
+PhoneShapes UnitDatabase::loadShapes(TakeIndex take, std::size_t first, std::size_t count) const {
+  PhoneShapes some;
+  if (corpus_.motion_source != nullptr) some = corpus_.motion_source->loadSomeShapes(take, first, count);
+  if (some.phoneCount() > 0) return some;
+  const PhoneShapes all = loadShapes(take);
+  const Eigen::Index row = signedIndex(first), rows = signedIndex(count);
+  some.captured = all.captured.middleRows(row, rows);
+  some.predicted = all.predicted.middleRows(row, rows);
+  some.tightest_mm.assign(all.tightest_mm.begin() + row, all.tightest_mm.begin() + row + rows);
+  return some;
+}
+
 const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
   TakeShapes& known = shapes_[take.value];
   std::call_once(known.once, [&] { known.shapes = PackedShapes(loadShapes(take)); });
@@ -216,10 +232,9 @@ const PackedShapes& UnitDatabase::shapesAt(const PhonePlace& place) const {
   const std::scoped_lock lock(place_shapes_->mutex);
   auto& known = place_shapes_->shapes;
   if (const auto found = known.find(at); found != known.end()) return found->second;
-  const PhoneShapes shapes = loadShapes(place.take);
-  const std::size_t end = std::min(place.phone.value + 2, shapes.phoneCount());
-  for (std::size_t i = place.phone.value; i < end; ++i)
-    known.try_emplace(at + static_cast<PhoneColumns::Position>(i - place.phone.value), shapes, i, 1U);
+  const std::size_t count = std::min<std::size_t>(2, columns().phoneCount(place.take) - place.phone.value);
+  const PhoneShapes shapes = loadShapes(place.take, place.phone.value, count);
+  for (std::size_t i = 0; i < count; ++i) known.try_emplace(at + static_cast<PhoneColumns::Position>(i), shapes, i, 1U);
   return known.at(at);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -70,8 +71,9 @@ class UnitDatabase {
   /// valid, and no other thread may be asking.
   void forgetTakes();
 
-  /// Where phone `a` followed by phone `b` occurs, in the order of the corpus.
-  [[nodiscard]] std::vector<PhonePlace> diphones(Phone a, Phone b) const;
+  /// Where phone `a` followed by phone `b` occurs, in the order of the corpus; of `most` or more places evenly spread
+  /// ones, fewer than `most`.
+  [[nodiscard]] std::vector<PhonePlace> diphones(Phone a, Phone b, std::size_t most = SIZE_MAX) const;
   [[nodiscard]] bool hasDiphone(Phone a, Phone b) const;
 
  private:
@@ -84,6 +86,7 @@ class UnitDatabase {
   [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
   [[nodiscard]] const PackedShapes& shapesAt(const PhonePlace& place) const;
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const;
+  [[nodiscard]] PhoneShapes loadShapes(TakeIndex take, std::size_t first, std::size_t count) const;
   void makeRoomForTakes();
 
   const Corpus& corpus_;

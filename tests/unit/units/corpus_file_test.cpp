@@ -452,6 +452,11 @@ TEST_F(CorpusFile, TakesOnDemandAreTheSameTakes) {
     EXPECT_EQ(takeOf(open, take).motion.frame_rate_hz, written.takes[i].motion.frame_rate_hz);
     expectSameLabels(takeOf(open, take).labels, written.takes[i].labels);
     EXPECT_EQ(&takeOf(open, take), &takeOf(open, take)) << "kept";
+    const PhoneShapes shapes = open.motion_source->loadShapes(take),
+                      some = open.motion_source->loadSomeShapes(take, 1, 2);
+    EXPECT_EQ(some.captured, shapes.captured.middleRows(1, 2));
+    EXPECT_EQ(some.predicted, shapes.predicted.middleRows(1, 2));
+    EXPECT_EQ(some.tightest_mm, std::vector<float>(shapes.tightest_mm.begin() + 1, shapes.tightest_mm.begin() + 3));
     EXPECT_EQ(open.motion_source->load(take).positions_mm, written.takes[i].motion.positions_mm);
     EXPECT_EQ(open.motion_source->loadAudio(take).sample_rate_hz, written.takes[i].audio.sample_rate_hz);
   }

@@ -33,6 +33,17 @@ bool isSeenByLooking(const CorpusTake& take, std::size_t first, std::size_t coun
   return true;
 }
 
+TEST(UnitDatabase, OfManyPlacesOfAPairSomeEvenlySpread) {
+  const Corpus corpus = tinyCorpus(std::vector<std::string>(9, "T-EH-N"), 5);
+  const UnitDatabase database(corpus);
+  const std::vector<PhonePlace> all = database.diphones(Phone::kT, Phone::kEH);
+  ASSERT_EQ(all.size(), 9U);
+  EXPECT_TRUE(database.hasDiphone(Phone::kT, Phone::kEH));
+  EXPECT_FALSE(database.hasDiphone(Phone::kEH, Phone::kT));
+  EXPECT_EQ(database.diphones(Phone::kT, Phone::kEH, 10), all);
+  EXPECT_EQ(database.diphones(Phone::kT, Phone::kEH, 4), (std::vector<PhonePlace>{all[0], all[3], all[6]}));
+}
+
 TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
   const std::uint64_t first_seed = samples::firstSeed();
   std::size_t unseen = 0, seen = 0;
