@@ -101,7 +101,7 @@ std::optional<TakeIndex> takeNamed(const Corpus& corpus, std::string_view name);
 /// At most `most` of them, evenly spread, for what all would tell no better.
 std::vector<TakeIndex> evenlySpreadTakes(const Corpus& corpus, std::size_t most);
 /// Enough to know which words the speaker says, and how.
-inline constexpr std::size_t kTakesOfWords = 5000;
+inline constexpr std::size_t kTakesOfWords = 1000;
 /// Of `takes`, which are loaded; not sorted yet.
 PhoneColumns phoneColumnsOf(const Corpus& corpus);
 

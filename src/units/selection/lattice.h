@@ -27,6 +27,8 @@ class UnitCandidates {
  public:
   UnitCandidates(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
 
+  /// Where the pair occurs: of a hundred hours' places some evenly spread ones, since more offer nothing better.
+  [[nodiscard]] std::vector<PhonePlace> placesOfPair(Phone a, Phone b) const;
   /// The longest allowed run from `first` on of which a place at least was seen; length 0 when there is none of two
   /// phones or more.
   [[nodiscard]] CandidateRun longest(std::size_t first) const;

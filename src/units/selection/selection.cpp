@@ -189,8 +189,7 @@ class PairPolicy : public PolicyBase {
         if (cost < std::numeric_limits<double>::infinity()) ranked.emplace_back(cost, place);
       }
     };
-    constexpr std::size_t kMostRanked = 20'000;  // of a hundred hours; more offer nothing better
-    add(database_.diphones(target_.phones[first].phone, target_.phones[first + 1].phone, kMostRanked), 0);
+    add(candidates_.placesOfPair(target_.phones[first].phone, target_.phones[first + 1].phone), 0);
     const bool is_backoff = ranked.empty();
     if (is_backoff) {
       for (const StandIns& stand_ins : candidates_.standInsNear(first))

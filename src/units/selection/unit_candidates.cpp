@@ -41,6 +41,11 @@ UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& d
   for (const LabelledPhone& phone : target.phones) phones_.push_back(phone.phone);
 }
 
+std::vector<PhonePlace> UnitCandidates::placesOfPair(Phone a, Phone b) const {
+  constexpr std::size_t kMost = 10'000;
+  return database_.diphones(a, b, kMost);
+}
+
 bool UnitCandidates::isOfScale(const PhonePlace& place, std::size_t length) const {
   return scales_ == UnitScales::kAny || isPaperUnit(database_.columns(), place, length);
 }
@@ -98,7 +103,7 @@ std::vector<StandIns> UnitCandidates::standIns(std::size_t first, double beyond_
     for (std::size_t b = 0; b < kPhoneCount; ++b) {
       const double distance = distance_a + visemeDistance(phones_[first + 1], Phone(b), PhonePart::kBegin);
       if (distance > farthest || !database_.hasDiphone(Phone(a), Phone(b))) continue;
-      std::vector<PhonePlace> places = database_.diphones(Phone(a), Phone(b));
+      std::vector<PhonePlace> places = placesOfPair(Phone(a), Phone(b));
       if (only_seen && !isAnySeen(places, 2)) continue;
       farthest = std::min(farthest, distance + beyond_nearest);
       near.push_back({distance, std::move(places)});
