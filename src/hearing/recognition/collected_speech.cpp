@@ -15,6 +15,32 @@ constexpr std::size_t kMostNamed = 12;  // words in a warning, or places
 /// A stretch with less of phones is not doubted by itself: a click.
 constexpr Seconds kLeastDoubted = 0.5;
 
+/// Nobody holds a closing, or a tongue between the teeth, for so long: noise is heard as it, but for what lies next to
+/// another phone (docs/theory/hearing/recognition.md#noise-around-a-line).
+constexpr Seconds kHeldTooLong = 0.35, kHeldAtMost = 0.12;
+
+bool isHeldByNobody(const PhoneSegment& phone) {
+  return phone.span.duration() > kHeldTooLong && (isStop(phone.phone) || phone.phone == Phone::kDH);
+}
+
+/// Leaves what of such phones lies next to another one of their word, or of none.
+void shortenHeldPhones(std::vector<PhoneSegment>& segments) {
+  constexpr Seconds kSame = 1e-6;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    PhoneSegment& phone = segments[i];
+    if (!isHeldByNobody(phone)) continue;
+    const auto isNextTo = [&](const PhoneSegment& other) { return !phone.word || other.word == phone.word; };
+    const bool follows = i > 0 && isNextTo(segments[i - 1]) && phone.span.start - segments[i - 1].span.end < kSame;
+    const bool goes_on = i + 1 < segments.size() && isNextTo(segments[i + 1]) &&
+                         segments[i + 1].span.start - phone.span.end < kSame;
+    if (goes_on && follows && phone.word) continue;  // inside of a word
+    if (goes_on)
+      phone.span.start = phone.span.end - kHeldAtMost;
+    else
+      phone.span.end = phone.span.start + kHeldAtMost;
+  }
+}
+
 /// The first of `items`, each by `text`, with commas between them.
 template <typename Item, typename Text>
 std::string named(const std::vector<Item>& items, Text text) {
@@ -79,6 +105,12 @@ void CollectedSpeech::warn(bool words_wanted, HeardSpeech& heard) const {
 
 void CollectedSpeech::finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted,
                              HeardSpeech& heard) {
+  for (SoundStretch& stretch : heard.stretches) {
+    const bool is_noise = std::any_of(passed_over_.begin(), passed_over_.end(), [&](const TimeSpan& span) {
+      return span.contains(stretch.span.middle());
+    });
+    if (is_noise) stretch.kind = SoundKind::kNoise;
+  }
   if (segments_.empty()) {
     throw InputError(name, "",
                      heard.stretches.empty() ? "holds silence only; expected speech"
@@ -96,6 +128,7 @@ void CollectedSpeech::finish(std::string_view name, Seconds duration, const Lang
     segments_.erase(segments_.begin() + signedIndex(i));
     confidence_.erase(confidence_.begin() + signedIndex(i));
   }
+  shortenHeldPhones(segments_);
   heard.text = fmt::format("{}", fmt::join(words_, " "));
   warn(words_wanted, heard);
   heard.labels = buildSpeechLabels(segments_, words_, duration, language);

@@ -19,11 +19,14 @@ class CollectedSpeech {
   /// A stretch, and the logarithm of the odds that much of it is heard wrongly. `heard_for`: how much of it is speech;
   /// a click counts, but is not named.
   void addStretch(const TimeSpan& stretch, double odds, Seconds heard_for);
+  /// A stretch in which nobody says anything: noise.
+  void passOver(const TimeSpan& stretch) { passed_over_.push_back(stretch); }
   /// What is to be named beside the stretches: a place, and a word.
   void doubt(const TimeSpan& place) { doubted_.push_back(place); }
   void doubtWord(std::string_view word, Seconds start);
 
-  /// Labels, confidences, text and warnings of all that was added, into `heard`, whose stretches and warnings are kept.
+  /// Labels, confidences, text and warnings of all that was added, into `heard`, whose stretches are kept, those that
+  /// were passed over as noise, and whose warnings are.
   /// `words_wanted`: phones without words are told. Throws InputError, named `name`, where nothing was added.
   void finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted, HeardSpeech& heard);
 
@@ -36,6 +39,7 @@ class CollectedSpeech {
   std::vector<std::string> words_;
   std::vector<std::string> doubtful_;  ///< words with their times
   std::vector<TimeSpan> doubted_;      ///< places
+  std::vector<TimeSpan> passed_over_;
   double stretch_s_ = 0, odds_s_ = 0;  ///< sums over stretches; the odds times how long each is
 };
 

@@ -290,6 +290,13 @@ void doubtWords(const std::vector<double>& word_odds, Seconds start, WordsHeard&
   }
 }
 
+/// Where nothing but silence is heard without words, words of a model that are less likely said than not are what it
+/// makes of noise: a network hears "you" in wind.
+bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
+  const bool are_said = decision.are_taken && (!decision.by_model || decision.words->word_odds >= 0);
+  return hearing.heardFor() == 0 && !are_said;
+}
+
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
                                   const std::vector<NetworkWord>& by_network, CollectedSpeech& all) {
   Stretch stretch{.samples = samples,
@@ -299,6 +306,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const StretchHearing& hearing = stretch.hearing;
   stretch.span = {start, start + hearing.duration()};
   if (!pronouncer_) {
+    if (hearing.heardFor() == 0) return all.passOver(stretch.span);
     all.addStretch(stretch.span, oddsOfPhones(hearing.fit(), hearing.heardFor() / hearing.duration()),
                    hearing.heardFor());
     return collectPhones(stretch, nullptr, all);
@@ -306,6 +314,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   for (const std::int16_t sample : samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   Decision decision = decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
+  if (isNoSpeech(decision, hearing)) return all.passOver(stretch.span);
   all.addStretch(stretch.span, decision.odds, hearing.heardFor());
   if (!decision.are_taken) return collectPhones(stretch, words ? &*words : nullptr, all);
   doubtWords(decision.word_odds, start, *words, all);

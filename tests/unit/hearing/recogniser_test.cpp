@@ -176,6 +176,20 @@ TEST(Recogniser, NamesNoiseBesideSpeech) {
                           [](const std::string& warning) { return warning.starts_with("noise without speech"); }));
 }
 
+/// The lips would be shut as long as it hisses around a line.
+TEST(Recogniser, HoldsNoClosingInNoise) {
+  AudioClip sound = joined({quiet(1), spoken("he broke his leg playing football"), quiet(1.5)});
+  const AudioClip hiss = noise(sound.duration(), static_cast<float>(0.4 * std::sqrt(meanSquare(sound))));
+  for (std::size_t i = 0; i < sound.samples.size(); ++i) sound.samples[i] += hiss.samples[i];
+  const HeardSpeech heard = makeRecogniser({.as = HearAs::kPhones, .hint = {}})->hear(sound, "line");
+  expectConsistent(heard.labels);
+  for (const LabelledPhone& phone : heard.labels.phones) {
+    if (isStop(phone.phone)) {
+      EXPECT_LE(phone.span.duration(), 0.35) << phone.span.start;
+    }
+  }
+}
+
 /// Pauses part a recording: its stretches are heard each for itself, wherever they stand. Where they begin within a
 /// frame of 10 ms differs, and with it a phone or two.
 TEST(Recogniser, HearsAStretchAlikeAnywhere) {

@@ -219,6 +219,24 @@ TEST_F(BrokenNetwork, HeardSomethingElse) {
   EXPECT_EQ(hear(networkOf(answering("[{\"text\":\"goodbye\",\"log_probability\":-5}]").c_str())), hear({}));
 }
 
+/// What a network makes of wind that rises for half a second is said by nobody.
+TEST_F(BrokenNetwork, HearsNobodyInAGust) {
+  AudioClip sound{16000, std::vector<float>(40000)};
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0, 0.002F);
+  float wind = 0;
+  for (std::size_t i = 0; i < sound.samples.size(); ++i) {
+    const double beside = (static_cast<double>(i) - 20000) / 4000;
+    wind = 0.995F * wind + normal(random);
+    sound.samples[i] = static_cast<float>(1 + 4 * std::exp(-beside * beside)) * wind;
+  }
+  const fs::path network = networkOf(answering("[{\"text\":\"you\",\"log_probability\":-0.2}]").c_str());
+  const auto recogniser =
+      makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = std::make_shared<WordNetwork>(network)});
+  EXPECT_EQ(errorOf([&] { recogniser->hear(sound, "wind.wav"); }),
+            "wind.wav: holds no speech that can be heard; expected speech");
+}
+
 /// The program goes on from recording to recording, and another one takes its place when it has failed.
 TEST_F(BrokenNetwork, IsStartedOnceUntilItFails) {
   const std::vector<std::int16_t> second(16000), long_one(160000);
