@@ -91,6 +91,7 @@ struct LiveStream::Data {
   std::size_t hops = 0;
   std::uint64_t sound_samples = 0;  ///< that were taken, with silences in their stead
   bool is_sound = false, is_labels = false;
+  bool is_ending = false;  ///< all sound has come
   std::size_t words = 0;
   std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
   MotionClip weights_clip;                                               ///< the last frames, and those that are made
@@ -220,9 +221,9 @@ void LiveStream::Data::heard(std::span<const float> samples) {
   hearWhole();
 }
 
-/// Words are waited for where no one waits for frames: neither nextNow(), nor who speaks.
+/// Words are waited for where no one waits for frames: neither nextNow(), nor who speaks and goes on.
 bool LiveStream::Data::waitsForWords() const {
-  return !is_in_time && clock.ahead(SoundClock::Clock::now(), sound_come) > kWaitsFrom;
+  return !is_in_time && (is_ending || clock.ahead(SoundClock::Clock::now(), sound_come) > kWaitsFrom);
 }
 
 void LiveStream::Data::hearWhole() {
@@ -485,6 +486,7 @@ void LiveStream::finish() {
     constexpr Seconds kHeardWithin = 0.5;
     end = asReal(data.sound_samples) / data.options.sample_rate_hz;
     data.frames_at_most = static_cast<std::size_t>(std::ceil(end * data.rate_hz - 1e-6));
+    data.is_ending = true;
     data.hearSilence(static_cast<std::size_t>((kHeardWithin + data.options.look_ahead) * data.options.sample_rate_hz));
   } else {
     const std::array<PhoneSegment, 1> after{PhoneSegment{.phone = Phone::kSil, .span = {end, end + 0.5}}};

@@ -31,8 +31,8 @@ void shortenHeldPhones(std::vector<PhoneSegment>& segments) {
     if (!isHeldByNobody(phone)) continue;
     const auto isNextTo = [&](const PhoneSegment& other) { return !phone.word || other.word == phone.word; };
     const bool follows = i > 0 && isNextTo(segments[i - 1]) && phone.span.start - segments[i - 1].span.end < kSame;
-    const bool goes_on = i + 1 < segments.size() && isNextTo(segments[i + 1]) &&
-                         segments[i + 1].span.start - phone.span.end < kSame;
+    const bool goes_on =
+        i + 1 < segments.size() && isNextTo(segments[i + 1]) && segments[i + 1].span.start - phone.span.end < kSame;
     if (goes_on && follows && phone.word) continue;  // inside of a word
     if (goes_on)
       phone.span.start = phone.span.end - kHeldAtMost;
@@ -106,9 +106,8 @@ void CollectedSpeech::warn(bool words_wanted, HeardSpeech& heard) const {
 void CollectedSpeech::finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted,
                              HeardSpeech& heard) {
   for (SoundStretch& stretch : heard.stretches) {
-    const bool is_noise = std::any_of(passed_over_.begin(), passed_over_.end(), [&](const TimeSpan& span) {
-      return span.contains(stretch.span.middle());
-    });
+    const bool is_noise = std::any_of(passed_over_.begin(), passed_over_.end(),
+                                      [&](const TimeSpan& span) { return span.contains(stretch.span.middle()); });
     if (is_noise) stretch.kind = SoundKind::kNoise;
   }
   if (segments_.empty()) {

@@ -29,9 +29,13 @@ constexpr std::size_t kHeardLast = 2, kPhraseEnds = 15;
 constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 75;
 /// A word that ends nearer to the newest sound may not have ended.
 constexpr Seconds kMayGoOn = 0.2;
-/// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard.
+/// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard
+/// for so many hops.
 constexpr std::chrono::milliseconds kLatest{1000}, kLatestStart{10000};
-constexpr std::size_t kLatestHops = 25, kMostMissedInARow = 3;
+constexpr std::size_t kLatestHops = 25, kMostMissedInARow = 3, kTriedAgain = 1500;
+constexpr std::chrono::milliseconds kDueTime{kDue * 40};
+
+using Clock = std::chrono::steady_clock;
 
 /// What was said since a pause.
 struct Phrase {
@@ -108,6 +112,7 @@ struct LiveWords::State {
   void shorten();
   [[nodiscard]] bool wantsHearing() const;
   bool isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits);
+  [[nodiscard]] bool isTooLate() const;
   void ask();
   std::optional<std::vector<PhoneSegment>> found();
   void miss() {
@@ -123,6 +128,7 @@ struct LiveWords::State {
   std::size_t since_asked = 0;
   bool was_heard_last = false;
   std::optional<std::size_t> due;  ///< when what is asked for is
+  Clock::time_point asked_at;
   std::vector<Seconds> word_ends;  ///< as they were found last
   std::size_t missed = 0, missed_in_a_row = 0;
 
@@ -183,7 +189,8 @@ void LiveWords::State::shorten() {
 }
 
 bool LiveWords::State::wantsHearing() const {
-  if (due || missed_in_a_row >= kMostMissedInARow || spoken < kFirstHeard) return false;
+  if (due || spoken < kFirstHeard) return false;
+  if (missed_in_a_row >= kMostMissedInARow && since_asked < kTriedAgain) return false;
   return quiet < kHeardLast ? since_asked >= kHeardEvery : !was_heard_last;
 }
 
@@ -195,6 +202,7 @@ void LiveWords::State::ask() {
   is_busy = true;
   since_asked = 0;
   due = hops + kDue;
+  asked_at = Clock::now();
   changed.notify_all();
 }
 
@@ -205,6 +213,11 @@ bool LiveWords::State::isThere(std::chrono::milliseconds latest, const std::func
   for (std::chrono::milliseconds waited{0}; is_busy && waited < latest && (!waits || waits()); waited += kAsksAgain)
     changed.wait_for(lock, kAsksAgain, [this] { return !is_busy; });
   return !is_busy;
+}
+
+/// By the sound and by the clock: sound that waited comes faster than it was said.
+bool LiveWords::State::isTooLate() const {
+  return hops >= *due + kLatestHops && Clock::now() - asked_at >= kDueTime + kLatest;
 }
 
 /// What the other thread found; nothing where it failed or is still busy.
@@ -236,7 +249,7 @@ std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::in
   state.take(samples, is_speech);
   std::optional<std::vector<PhoneSegment>> found;
   if (state.due && state.hops >= *state.due &&
-      (state.isThere(kLatest, waits) || !waits || waits() || state.hops >= *state.due + kLatestHops)) {
+      (state.isThere(kLatest, waits) || !waits || waits() || state.isTooLate())) {
     found = state.found();
     state.word_ends.clear();
     for (std::size_t i = 0; found && i < found->size(); ++i) {

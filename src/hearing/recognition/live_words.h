@@ -36,7 +36,7 @@ class LiveWords {
   /// all found before.
   std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech,
                                                 const std::function<bool()>& waits = {});
-  /// How many hearings failed, or came too late. After a few no more are tried.
+  /// How many hearings failed, or came too late, by the sound and by the clock. After a few none is tried for a minute.
   [[nodiscard]] std::size_t missed() const;
 
  private:

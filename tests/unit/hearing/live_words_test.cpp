@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "base/child_process.h"
 #include "base/index.h"
@@ -102,6 +103,16 @@ TEST_F(BrokenLiveWords, ThatDieAreCountedAndLeavePhones) {
   EXPECT_EQ(heard.missed, 3U);
 }
 
+TEST_F(BrokenLiveWords, AreTriedAgainAfterAMinute) {
+  constexpr std::size_t kMinute = 1500, kTrials = 60;
+  LiveWords words(std::make_shared<WordNetwork>(networkOf("process.exit(3);")), nullptr, english());
+  const std::vector<std::int16_t> hop(LiveWords::kHop);
+  for (std::size_t i = 0; i < kMinute; ++i) words.hear(hop, true);
+  EXPECT_EQ(words.missed(), 3U);
+  for (std::size_t i = 0; i < kTrials; ++i) words.hear(hop, true);
+  EXPECT_EQ(words.missed(), 4U);
+}
+
 /// It starts, and answers nothing more.
 TEST_F(BrokenLiveWords, ThatHangAreWaitedForOnce) {
   constexpr std::chrono::seconds kAtMost{20};
@@ -112,6 +123,26 @@ TEST_F(BrokenLiveWords, ThatHangAreWaitedForOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, kAtMost);  // the network itself is given a minute
   EXPECT_TRUE(isTheSame(heard, phonesAlone()));
   EXPECT_EQ(heard.missed, 1U);
+}
+
+/// Sound that waited comes at once: a second of it is gone before a hearing can be there.
+TEST_F(BrokenLiveWords, AreNotTooLateWhileSoundCatchesUp) {
+  constexpr std::size_t kSecondAndMore = 60;
+  LiveWords words(
+      std::make_shared<WordNetwork>(
+          networkOf("import { readSync, writeSync } from 'node:fs';"
+                    "const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;"
+                    "  while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };"
+                    "for (;;) { const count = read(8).readUInt32LE(0); read(2 * count);"
+                    "  if (count > 0) Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 300);"
+                    "  writeSync(3, '[]\\n'); }")),
+      nullptr, english());
+  const std::vector<std::int16_t> hop(LiveWords::kHop);
+  const auto hear = [&] { return words.hear(hop, true, [] { return false; }).has_value(); };
+  for (std::size_t i = 0; i < kSecondAndMore; ++i) EXPECT_FALSE(hear());
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  EXPECT_TRUE(hear());
+  EXPECT_EQ(words.missed(), 0U);
 }
 
 }  // namespace
