@@ -108,6 +108,8 @@ function wordsOf(tokens) {
     if (/[\p{L}\p{N}]/u.test(part)) word.logProbability += logProbability;
     said = text;
   }
+  // What a token has of a character in several may be half of it.
+  for (const word of words) word.text = word.text.replace(/\p{Surrogate}/gu, '');
   return words.filter((word) => word.text !== '');
 }
 
