@@ -95,14 +95,15 @@ std::optional<std::string> InputLines::next() {
 
 /// One beyond its last byte; nullopt where more must be read to know.
 std::optional<std::size_t> SentenceReader::endOfSentence() const {
-  constexpr std::size_t kPhrase = 200, kLongest = 400;
-  std::size_t blank = 0;
+  constexpr std::size_t kShortestPhrase = 30, kPhrase = 120, kLongest = 400;
+  std::size_t blank = 0, phrase = 0;
   for (std::size_t i = 0; i < read_.size(); ++i) {
     const char c = read_[i];
     const bool before_blank = i + 1 < read_.size() ? isBlankByte(read_[i + 1]) : is_over_;
     if (c == '\n') return i + 1;
     if ((c == '!' || c == '?' || (c == '.' && !isAbbreviation(read_, i))) && before_blank) return i + 1;
-    if ((c == ',' || c == ';' || c == ':') && before_blank && i >= kPhrase) return i + 1;
+    if ((c == ',' || c == ';' || c == ':') && before_blank && i >= kShortestPhrase) phrase = i + 1;
+    if (i >= kPhrase && phrase > 0) return phrase;
     if (isBlankByte(c)) blank = i + 1;
     if (i >= kLongest && blank > 0) return blank;
     if (i >= 4 * kLongest) return i & ~std::size_t{3};  // no blanks: some scripts have none
