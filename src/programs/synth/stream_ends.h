@@ -51,7 +51,7 @@ class InputLines {
 };
 
 /// Text sentence by sentence: to a full stop, question or exclamation mark before a blank, or a line's end; sentences
-/// of over 120 bytes to the last comma or other pause within these, not under 30, or the next one: a voice takes long
+/// of over 80 bytes to the last comma or other pause within these, not under 30, or the next one: a voice takes long
 /// to say a long sentence. Those of over 400 to a blank.
 class SentenceReader {
  public:

@@ -95,7 +95,7 @@ std::optional<std::string> InputLines::next() {
 
 /// One beyond its last byte; nullopt where more must be read to know.
 std::optional<std::size_t> SentenceReader::endOfSentence() const {
-  constexpr std::size_t kShortestPhrase = 30, kPhrase = 120, kLongest = 400;
+  constexpr std::size_t kShortestPhrase = 30, kPhrase = 80, kLongest = 400;
   std::size_t blank = 0, phrase = 0;
   for (std::size_t i = 0; i < read_.size(); ++i) {
     const char c = read_[i];

@@ -36,11 +36,9 @@ TEST(SentenceReader, CutsAtSentencesAndLongOnesAtPauses) {
             (std::vector<std::string>{"Dr. Who paid 3.50 today.", " Did he?", " Yes!", "And then\n", "the rest"}));
   std::string clauses;
   for (int i = 0; i < 100; ++i) clauses += "one more clause, ";
-  for (const std::string& part : sentencesOf(clauses)) EXPECT_LE(part.size(), 121U);
-  const std::string opening = "When the old man had bought all the shells that she could find that morning,";
-  EXPECT_EQ(
-      sentencesOf(opening + " he went home, and sat down to read until it was dark outside and very cold.").front(),
-      opening + " he went home,");
+  for (const std::string& part : sentencesOf(clauses)) EXPECT_LE(part.size(), 81U);
+  const std::string opening = "When the old man had bought all the shells, and put them on the table,";
+  EXPECT_EQ(sentencesOf(opening + " he went home, and sat down to read until it was dark outside.").front(), opening);
   EXPECT_EQ(sentencesOf("Well, " + std::string(200, 'a') + ", so.").front(), "Well, " + std::string(200, 'a') + ",");
   std::string words;
   for (int i = 0; i < 500; ++i) words += "word ";
