@@ -3,16 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <random>
 #include <thread>
 
-#include "base/child_process.h"
 #include "mouthpiece/mouthpiece.h"
 #include "mouthpiece/speaker.h"
 #include "phonetics/labels/phone_lengths.h"
@@ -243,48 +238,6 @@ TEST_F(Live, HearsWordsASecondAheadUnlessPhonesAreWanted) {
   const Pulled by_words = heardBy(SpeakerOptions::Hear::kAuto), by_phones = heardBy(SpeakerOptions::Hear::kPhones);
   EXPECT_EQ(by_words.frames, by_phones.frames);
   EXPECT_NE(by_words, by_phones);
-}
-
-/// A network in place of the one that is shared, a program of these lines.
-class FakeNetwork {
- public:
-  explicit FakeNetwork(const char* program) {
-    fs::create_directory(share_.path() / "word_network");
-    std::ofstream(share_.path() / "word_network" / "hear_words.mjs") << program;
-    setenv("MOUTHPIECE_SHARE", share_.path().c_str(), 1);
-  }
-  FakeNetwork(const FakeNetwork&) = delete;
-  FakeNetwork& operator=(const FakeNetwork&) = delete;
-  ~FakeNetwork() { unsetenv("MOUTHPIECE_SHARE"); }
-
- private:
-  PrivateFolder share_;
-};
-
-/// Who speaks is not waited for; when nothing follows the last words are.
-TEST_F(Live, TheEndWaitsForItsWords) {
-  const FakeNetwork network(R"(import { readSync, writeSync } from 'node:fs';
-    const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;
-      while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };
-    for (;;) { const count = read(8).readUInt32LE(0); read(2 * count);
-      if (count > 0) Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 600);
-      writeSync(3, JSON.stringify(count > 0 ? [{ text: 'my', log_probability: 0 }, { text: 'mother', log_probability: 0 }] : []) + '\n'); })");
-  const auto heardBy = [&](SpeakerOptions::Hear hear) {
-    constexpr std::size_t kChunk = 320, kSaid = 12800;
-    SpeakerOptions options = optionsOf(false);
-    options.hear = hear;
-    LiveStream stream = Speaker(options).live({.look_ahead = 1, .arkit = false});
-    for (std::size_t at = 0; at < kSaid; at += kChunk) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(6));  // more than a quarter of a chunk
-      stream.push(std::span(sound()).subspan(at, kChunk));
-    }
-    stream.finish();
-    EXPECT_EQ(stream.counts().words_missed, 0U);
-    Pulled pulled;
-    pulled.addAll(stream);
-    return pulled;
-  };
-  EXPECT_NE(heardBy(SpeakerOptions::Hear::kAuto), heardBy(SpeakerOptions::Hear::kPhones));
 }
 
 TEST_F(Live, WithoutArkitsWeightsMarkersAreTheSame) {
