@@ -16,7 +16,7 @@ endforeach()
 file(GLOB core_sources CONFIGURE_DEPENDS
   src/audio/band_energy.cpp src/expression/*.cpp src/motion/*.cpp src/page_engine/package_options.cpp src/page_engine/package_reader.cpp src/page_engine/packed_mesh.cpp
   src/page_engine/page_engine.cpp src/phonetics/labels/speech_labels.cpp src/synthesis/*.cpp src/units/costs/*.cpp
-  src/units/prediction/*.cpp src/units/selection/*.cpp src/vocal/*.cpp
+  src/units/file/corpus.cpp src/units/phones/*.cpp src/units/prediction/*.cpp src/units/selection/*.cpp src/vocal/*.cpp
   deform/kernel/*.cpp deform/mouth/*.cpp deform/surface/*.cpp retarget/warp/*.cpp)
 list(FILTER core_sources EXCLUDE REGEX "/live_motion\\.cpp$")  # hears
 # Faces are triangulated when they are fitted, by predicates that set the rounding mode, which WebAssembly has not.

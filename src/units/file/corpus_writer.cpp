@@ -133,10 +133,6 @@ void expectWritable(const Corpus& corpus) {
 
 }  // namespace
 
-MotionClip motionOf(const Corpus& corpus, TakeIndex take) {
-  return corpus.motion_source != nullptr ? corpus.motion_source->load(take) : corpus.takes[take.value].motion;
-}
-
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
   expectWritable(corpus);
   writeFileAtomically(path, [&](const std::filesystem::path& temporary) {
