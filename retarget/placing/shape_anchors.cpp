@@ -11,6 +11,7 @@
 #include "deform/mesh/lip_line.h"
 #include "deform/mesh/lip_slit.h"
 #include "deform/mesh/triangle_tree.h"
+#include "retarget/placing/upright_head.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,30 +20,6 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 Vector3f placeAt(const FaceMesh& mesh, std::uint32_t v) { return mesh.vertices.row(v).transpose(); }
-
-void turnAround(VertexPositions& rows) {
-  rows.col(0) *= -1;
-  rows.col(2) *= -1;
-}
-
-/// Whether what the jaw moves lies at the back of the head: the head looks along -Z, as VRM 0 has it.
-bool looksBack(const FaceMesh& mesh, const std::vector<std::uint32_t>& skin, const VertexPositions& jaw_open) {
-  double moved = 0, all = 0, weight = 0;
-  float lowest = std::numeric_limits<float>::max();
-  for (const std::uint32_t v : skin) {
-    if (jaw_open.row(v).norm() > 0) lowest = std::min(lowest, mesh.vertices(v, 1));
-  }
-  double count = 0;
-  for (const std::uint32_t v : skin) {
-    const double far = static_cast<double>(jaw_open.row(v).norm());
-    moved += far * static_cast<double>(mesh.vertices(v, 2));
-    weight += far;
-    if (mesh.vertices(v, 1) < lowest) continue;  // a body says nothing of where its head looks
-    all += static_cast<double>(mesh.vertices(v, 2));
-    count += 1;
-  }
-  return weight > 0 && count > 0 && moved / weight < all / count;
-}
 
 /// Of `vertices` the one that `score` likes best; nullopt without any that it likes at all (above minus infinity).
 template <typename Score>
@@ -260,12 +237,12 @@ class AnchorFinder {
 std::map<std::string, std::uint32_t> anchorsFromShapes(const FaceMesh& mesh, const TellingShapes& shapes,
                                                        const std::string& file) {
   MOUTHPIECE_EXPECT(shapes.jaw_open.rows() == mesh.vertices.rows());
-  if (!looksBack(mesh, skinVertices(mesh, false), shapes.jaw_open)) return AnchorFinder(mesh, shapes).find(file);
+  const Eigen::Matrix3f turn = uprightFromGiven(mesh, skinVertices(mesh, false), shapes);
   FaceMesh turned = mesh;
   TellingShapes turned_shapes = shapes;
-  turnAround(turned.vertices);
-  for (VertexPositions* rows : {&turned_shapes.jaw_open, &turned_shapes.blink_left, &turned_shapes.blink_right})
-    turnAround(*rows);
+  for (VertexPositions* rows :
+       {&turned.vertices, &turned_shapes.jaw_open, &turned_shapes.blink_left, &turned_shapes.blink_right})
+    *rows = (*rows * turn.transpose()).eval();
   return AnchorFinder(turned, turned_shapes).find(file);
 }
 

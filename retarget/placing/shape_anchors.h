@@ -17,8 +17,9 @@ struct TellingShapes {
 
 /// Vertices of the ten suggested anchors (face_page.h) by what the shapes move and what is seen from the front: the
 /// slit between the lips where the jaw parts close places, carried on along their line to its corners; red edges, nose
-/// and chin by the profile, eyes by their visible part or the lids that close. The mesh must have Y up; it may look along +Z or -Z. What cannot be told is left out. Throws
-/// InputError that begins with `file` where no slit is found.
+/// and chin by the profile, eyes by their visible part or the lids that close. The mesh may be turned any way
+/// (uprightFromGiven). What cannot be told is left out. Throws InputError that begins with `file` where no slit is
+/// found.
 std::map<std::string, std::uint32_t> anchorsFromShapes(const FaceMesh& mesh, const TellingShapes& shapes,
                                                        const std::string& file);
 

@@ -1,9 +1,11 @@
 // Anchors by a head's own shapes, and what the clicked ones tell of a mesh.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
 #include "base/errors.h"
@@ -71,6 +73,41 @@ TEST(ShapeAnchors, LieThereToldByALowerLipAlone) {
     ASSERT_TRUE(found.contains(name)) << name;
     const Eigen::Vector3d is = mesh.vertices.row(signedIndex(found.at(name))).transpose().cast<double>();
     EXPECT_LT(1000 * (is - at(name)).norm(), kWithinMm) << name;
+  }
+}
+
+/// A head's file may have another axis up, and its head lie on its side: the jaw and the lids tell.
+TEST(ShapeAnchors, LieInTheSamePlacesHoweverTheHeadIsTurned) {
+  const fs::path head = test::kSharedFaces / "ict_arkit.glb";
+  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
+  const std::string bytes = readFile(head);
+  const FaceMesh mesh = parseFaceMesh(bytes, head);
+  const FaceShapes shapes = parseFaceShapes(bytes, head);
+  const auto named = [&](const char* name) {
+    return shapes
+        .moves[unsignedIndex(std::find(shapes.names.begin(), shapes.names.end(), name) - shapes.names.begin())];
+  };
+  const TellingShapes telling{named("jawOpen"), named("eyeBlink_R"), named("eyeBlink_L")};
+  const TellingShapes jaw_alone{telling.jaw_open, {}, {}};
+  const auto found = anchorsFromShapes(mesh, telling, "head.glb");
+  ASSERT_EQ(found.size(), 10U);
+  constexpr float kDegree = std::numbers::pi_v<float> / 180;
+  const auto turnedBy = [&](float degrees, const Eigen::Vector3f& axis, const TellingShapes& by) {
+    const Eigen::Matrix3f turn = Eigen::AngleAxisf(degrees * kDegree, axis.normalized()).toRotationMatrix().transpose();
+    FaceMesh turned = mesh;
+    TellingShapes moves = by;
+    for (VertexPositions* rows : {&turned.vertices, &moves.jaw_open, &moves.blink_right, &moves.blink_left})
+      *rows = (*rows * turn).eval();
+    return anchorsFromShapes(turned, moves, "head.glb");
+  };
+  const Eigen::Vector3f x = Eigen::Vector3f::UnitX(), y = Eigen::Vector3f::UnitY(), z = Eigen::Vector3f::UnitZ();
+  EXPECT_EQ(turnedBy(90, x, telling), found);
+  EXPECT_EQ(turnedBy(180, y, telling), found);
+  EXPECT_EQ(turnedBy(-90, z, telling), found);
+  EXPECT_EQ(turnedBy(90, z, jaw_alone), anchorsFromShapes(mesh, jaw_alone, "head.glb"));
+  for (const auto& [name, vertex] : turnedBy(60, {1, 2, 3}, telling)) {
+    const float off = (mesh.vertices.row(vertex) - mesh.vertices.row(found.at(name))).norm();
+    EXPECT_LT(1000 * off, kWithinMm) << name << ", lying askew";
   }
 }
 
