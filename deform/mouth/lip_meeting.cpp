@@ -37,6 +37,9 @@ constexpr double kMeetWhole = 0.06, kTooFar = 0.15;
 /// Lips that have parted so far are not brought together any more. What is much too far apart lets go over so many
 /// times as long a way as it is: what goes back sooner than the lips part is a jump.
 constexpr double kParted = 0.08, kLetsGo = 4;
+/// How far the lips face each other, a sine in the section, where they count as walls of the mouth: these are a
+/// chance's few places deep, or none, and cross nothing.
+constexpr double kWall = 0.1, kNoWall = 0.35;
 constexpr double kSoftly = 0.004;  ///< places of a section that are further apart by this count for a third
 /// Across the mouth: so near to its corners the lips are one surface that folds, and from here on they are two.
 constexpr double kAtEnds = 0.08, kOffEnds = 0.18;
@@ -66,7 +69,8 @@ struct EdgePlace {
 struct Sections {
   std::vector<LipSegment> segments;
   std::array<std::array<float, 2>, kPlanes> front;
-  std::array<std::array<std::array<EdgePlace, kDepths>, kPlanes>, 2> edges;
+  using Edges = std::array<std::array<std::array<EdgePlace, kDepths>, kPlanes>, 2>;
+  Edges edges, edges_but_walls;
 };
 constexpr int kSquare = static_cast<int>(kPlanes);
 using PlaneColumn = Eigen::Matrix<double, kSquare, 1>;
@@ -94,7 +98,7 @@ struct LipMeeting::Data {
   /// How far the lips are apart in a section, below zero where they cross; infinite where one is missing. take(vertex,
   /// share) is told what a vertex' way up makes of it.
   template <typename Take>
-  double gapIn(const Sections& seen, std::size_t section, const Take& take) const;
+  double gapIn(const Sections& seen, const Sections::Edges& edges, std::size_t section, const Take& take) const;
   [[nodiscard]] double wantedChange(std::size_t section, double gap, double may_shut, double apart, double near) const;
 };
 
@@ -134,8 +138,10 @@ void LipMeeting::Data::look(const float* at, Sections& seen) const {
       }
     }
   }
-  for (auto& of_lip : seen.edges) {
-    for (auto& section : of_lip) section.fill(EdgePlace{});
+  for (Sections::Edges* edges : {&seen.edges, &seen.edges_but_walls}) {
+    for (auto& of_lip : *edges) {
+      for (auto& section : of_lip) section.fill(EdgePlace{});
+    }
   }
   const float step = asFloat(kSeenDeep * width / double{kDepths});
   for (std::size_t i = 0; i < seen.segments.size(); ++i) {
@@ -145,20 +151,27 @@ void LipMeeting::Data::look(const float* at, Sections& seen) const {
     const float from = std::max(0.0F, std::ceil((front - before.z) / step)),
                 to = std::min(std::floor((front - behind.z) / step), asFloat(kDepths - 1));
     const float length = before.z - behind.z, way = segment.is_upper ? 1 : -1;
-    auto& edge = seen.edges[segment.is_upper ? 0 : 1][segment.section];
+    const float facing = length / std::max(std::hypot(length, before.y - behind.y), 1e-20F);
+    const float wall = way * asFloat(kTooFar * width * (1 - smoothStep(kWall, kNoWall, double{facing})));
+    const std::size_t lip = segment.is_upper ? 0 : 1;
+    const auto offer = [&](EdgePlace& place, float y, float along) {
+      if (place.segment < 0 || way * y < way * place.y) place = {y, along, static_cast<std::int32_t>(i)};
+    };
     for (float d = from; d <= to; ++d) {
       const float along = length > 0 ? (front - d * step - behind.z) / length : 0;
       const float y = behind.y + along * (before.y - behind.y);
-      EdgePlace& place = edge[static_cast<std::size_t>(d)];
-      if (place.segment < 0 || way * y < way * place.y) place = {y, along, static_cast<std::int32_t>(i)};
+      const auto depth = static_cast<std::size_t>(d);
+      offer(seen.edges[lip][segment.section][depth], y, along);
+      offer(seen.edges_but_walls[lip][segment.section][depth], y + wall, along);
     }
   }
 }
 
 template <typename Take>
-double LipMeeting::Data::gapIn(const Sections& seen, std::size_t section, const Take& take) const {
-  const auto& above = seen.edges[0][section];
-  const auto& below = seen.edges[1][section];
+double LipMeeting::Data::gapIn(const Sections& seen, const Sections::Edges& edges, std::size_t section,
+                               const Take& take) const {
+  const auto& above = edges[0][section];
+  const auto& below = edges[1][section];
   const double softly = kSoftly * width;
   std::array<double, kDepths> gaps;
   double least = std::numeric_limits<double>::infinity();
@@ -242,7 +255,7 @@ void LipMeeting::Data::takeWays(const FaceMesh& mesh, const VertexPositions& clo
   Eigen::Matrix<double, Eigen::Dynamic, kSquare> touches;
   touches.setZero(signedIndex(vertices.size()), kSquare);
   for (std::size_t s = 0; s < kPlanes; ++s) {
-    gapIn(seen, s, [&](std::uint32_t v, double share) {
+    gapIn(seen, seen.edges, s, [&](std::uint32_t v, double share) {
       if (row_of[v] >= 0) touches(row_of[v], signedIndex(s)) += share;
     });
   }
@@ -273,7 +286,7 @@ LipMeeting::LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, cons
   Sections seen;
   data->look(mesh.vertices.data(), seen);
   for (std::size_t s = 0; s < kPlanes; ++s) {
-    const double gap = data->gapIn(seen, s, [](std::uint32_t, double) {});
+    const double gap = data->gapIn(seen, seen.edges_but_walls, s, [](std::uint32_t, double) {});
     if (std::isfinite(gap)) data->allowed[s] = std::max(0.0, -gap);
   }
   data_ = std::move(data);
@@ -309,13 +322,22 @@ void LipMeeting::meet(const Wanted& wanted, double near, float* out) const {
     PlaneColumn right = PlaneColumn::Zero();
     double most = 0;
     for (std::size_t s = 0; s < kPlanes; ++s) {
-      PlaneColumn closes = PlaneColumn::Zero();
-      const double gap = data_->gapIn(seen, s, [&](std::uint32_t v, double share) {
-        if (data_->row_of[v] >= 0) closes += share * data_->ways.row(data_->row_of[v]).transpose();
-      });
-      if (!std::isfinite(gap)) continue;
       const std::size_t column = s * kLipColumns / kPlanes;
-      double further = data_->wantedChange(s, gap, double{wanted.may_shut[column]}, double{wanted.apart[column]}, near);
+      PlaneColumn closes;
+      double gap = 0, further = 0;
+      const auto measure = [&](const Sections::Edges& edges) {
+        closes.setZero();
+        gap = data_->gapIn(seen, edges, s, [&](std::uint32_t v, double share) {
+          if (data_->row_of[v] >= 0) closes += share * data_->ways.row(data_->row_of[v]).transpose();
+        });
+        further = data_->wantedChange(s, gap, double{wanted.may_shut[column]}, double{wanted.apart[column]}, near);
+      };
+      measure(seen.edges);
+      if (!std::isfinite(gap)) continue;
+      if (further > 0) {
+        measure(seen.edges_but_walls);
+        further = std::max(0.0, further);
+      }
       if (!std::isfinite(wanted_gaps[s])) wanted_gaps[s] = gap + further;
       further = std::clamp(wanted_gaps[s] - gap, std::min(further, 0.0), std::max(further, 0.0));
       most = std::max(most, std::abs(further));

@@ -90,7 +90,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
   std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
-  std::optional<bool> is_of_lips;                            // what relaxing and pressing leave
+  bool meets_wrongly = meetWrongly(first);                   // or what relaxing and pressing bring about
   for (const Way& way : {Way{true},
                          {false},
                          {true, {}, false, true},
@@ -102,10 +102,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
     // Few open closures of a face that is well are not worth what may bring faults: surfaces that meet, at once or not.
     const bool was_well = first.faults.empty();
     if (was_well && !way.meets) continue;
-    if (way.levels || way.meets) {
-      if (!is_of_lips) is_of_lips = meetWrongly(judged);
-      if (!*is_of_lips) continue;
-    }
+    if ((way.levels || way.meets) && !meets_wrongly) continue;
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
     FaceBinding binding = given.binding;
@@ -136,6 +133,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       FaceJudgement found = same != known.end() ? same->second : judge.judge(*moved);
       if (same == known.end()) known.emplace_back(binding, found);
       const FaceJudgement before = std::exchange(last, std::move(found));
+      meets_wrongly = meets_wrongly || meetWrongly(last);
       if (mendsMore(last, judged)) {
         face = tried;
         judged = last;

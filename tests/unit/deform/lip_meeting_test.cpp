@@ -164,6 +164,21 @@ TEST_F(ThickLips, NeedCornersOfAMouth) {
   EXPECT_THROW(LipMeeting(face_.mesh, face_.mesh.vertices, control, binding_), InputError);
 }
 
+/// What rises behind the lower lip into the upper one is crossed by it; not the wall of a mouth, as upright, which a
+/// section sees by chance.
+TEST_F(ThickLips, DoNotPartForAWall) {
+  constexpr float kRisesMm = 5;
+  const auto rising = [&](float deep) {
+    VertexPositions pose = lifted(true, 1);
+    for (const auto& [rim, back] : back_of_) {
+      if (!face_.is_above_slit[rim]) pose.row(back) = pose.row(rim) + Eigen::RowVector3f(0, kRisesMm, -deep);
+    }
+    return pose;
+  };
+  EXPECT_GT((met(rising(2), 0, 1) - rising(2)).cwiseAbs().maxCoeff(), 0.5F);
+  for (float deep = 0.02F; deep < 0.3F; deep += 0.02F) EXPECT_EQ(met(rising(deep), 0, 1), rising(deep)) << deep;
+}
+
 /// From crossing to wide open in small steps: no vertex makes a large one.
 TEST_F(ThickLips, GoSteadily) {
   constexpr float kStepMm = 0.05F;
