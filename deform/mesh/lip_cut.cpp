@@ -32,10 +32,9 @@ constexpr double kNarrowing = 0.2;  ///< or comes nearer to its middle by such s
 struct BagRow {
   double back, up, lower;
 };
-constexpr std::array kBag{BagRow{0.02, 0.1, 0},   BagRow{0.06, 0.25, 0},   BagRow{0.25, 0.36, 0},
-                          BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},     BagRow{1.1, 0, 0.5},
-                          BagRow{1, -0.2, 0.7},   BagRow{0.7, -0.36, 0.9}, BagRow{0.25, -0.36, 1},
-                          BagRow{0.06, -0.25, 1}, BagRow{0.02, -0.1, 1}};
+constexpr std::array kBag{BagRow{0.08, 0.03, 0},  BagRow{0.12, 0.2, 0},  BagRow{0.25, 0.36, 0}, BagRow{0.7, 0.36, 0.1},
+                          BagRow{1, 0.2, 0.3},    BagRow{1.1, 0, 0.5},   BagRow{1, -0.2, 0.7},  BagRow{0.7, -0.36, 0.9},
+                          BagRow{0.25, -0.36, 1}, BagRow{0.12, -0.2, 1}, BagRow{0.08, -0.03, 1}};
 
 /// Nearest place on an open line.
 Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {

@@ -332,6 +332,19 @@ TEST(MouthBag, JoinsTheEdgeOfAHole) {
         std::minmax({bagged.vertices(t[0], 0), bagged.vertices(t[1], 0), bagged.vertices(t[2], 0)});
     EXPECT_LT(left - right, 2.5 * mouth.step);
   }
+  // Lips get a thickness: off their rims the bag goes back before it goes up and down.
+  std::size_t rims = 0;
+  for (const Triangle& t : trianglesOf(bagged, bagged.parts.back())) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t rim = std::min(t[k], t[(k + 1) % 3]), behind = std::max(t[k], t[(k + 1) % 3]);
+      if (rim >= mesh.vertexCount() || behind < mesh.vertexCount()) continue;
+      const Eigen::RowVector3f way = bagged.vertices.row(behind) - bagged.vertices.row(rim);
+      if (std::abs(bagged.vertices(rim, 0)) > 0.5F * kHalfMm) continue;
+      ++rims;
+      EXPECT_GT(-way.z(), 1.5F * std::abs(way.y())) << way;
+    }
+  }
+  EXPECT_GT(rims, 20U);
   // No edge has a triangle on one side only but those around the face.
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   for (const Triangle& t : bagged.triangles) {
