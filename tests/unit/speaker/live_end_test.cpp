@@ -49,7 +49,9 @@ TEST(LiveEnd, WaitsForItsWords) {
       resampleAudio(makeVoice("flite:slt")->speak("my mother bought a blue boat").audio, 16000).samples;
   const auto heardBy = [&](SpeakerOptions::Hear hear) {
     constexpr std::size_t kChunk = 320, kSaid = 12800;
-    SpeakerOptions options{.corpus = kShare / "sample.corpus", .with_face = false};
+    SpeakerOptions options;
+    options.corpus = kShare / "sample.corpus";
+    options.with_face = false;
     options.hear = hear;
     LiveStream stream = Speaker(options).live({.look_ahead = 1, .arkit = false});
     for (std::size_t at = 0; at < kSaid; at += kChunk) {
