@@ -42,7 +42,7 @@ TEST(Version, TellsCommitAndFormats) {
   for (const char* program : {"synth", "corpus", "retarget"}) {
     const ProgramResult result = runProgram(program, {"--version"});
     EXPECT_EQ(result.exit_code, 0);
-    EXPECT_NE(result.out.find("corpus format 6"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("corpus format 7"), std::string::npos) << result.out;
     EXPECT_NE(result.out.find("commit "), std::string::npos) << result.out;
   }
 }

@@ -487,7 +487,8 @@ TEST_F(Live, WordsAndTextAreSaid) {
 TEST_F(Live, PhonesOfAWordShareItsTimeAsInTheCorpus) {
   const SharedCorpus corpus(kLiveShare / "sample.corpus");
   PhoneLengths lengths;
-  for (const CorpusTake& take : corpus.data().corpus.takes) lengths.add(take.labels);
+  const Corpus& own = corpus.data().corpus;
+  for (std::size_t take = 0; take < takeCount(own); ++take) lengths.add(takeOf(own, TakeIndex(take)).labels);
   const std::array<Phone, 3> bob{Phone::kB, Phone::kAA, Phone::kB};
   const Seconds all = 2 * lengths.of(Phone::kB) + lengths.of(Phone::kAA);
   LiveStream phones = speaker().live(), words = speaker().live();
