@@ -22,6 +22,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kFormatName = "mouthpiece-face";
+constexpr int kOldestFaceFormat = 2;  // its blobs stand where they belong
 constexpr std::uint64_t kMaxFaceBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMaxMarkers = 10'000;
 constexpr int kMaxControlPoints = 100'000;
@@ -156,9 +157,9 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   const JsonField root = parseCbor(bytes, file, "what `retarget fit` writes");
   if (root["format"].text() != kFormatName) root["format"].fail("is no face file; expected what `retarget fit` writes");
   const std::int64_t version = root["version"].whole(0, 1'000'000);
-  if (version != kFaceFormatVersion) {
-    root["version"].fail(
-        fmt::format("found {}; expected {} (fit the face again with this program)", version, kFaceFormatVersion));
+  if (version < kOldestFaceFormat || version > kFaceFormatVersion) {
+    root["version"].fail(fmt::format("found {}; expected {} or {} (fit the face again with this program)", version,
+                                     kOldestFaceFormat, kFaceFormatVersion));
   }
   FaceFile face;
   face.name = root["name"].text();

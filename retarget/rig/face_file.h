@@ -18,7 +18,7 @@ namespace mouthpiece {
 enum class PartKind;
 struct FaceMesh;
 
-inline constexpr int kFaceFormatVersion = 2;
+inline constexpr int kFaceFormatVersion = 3;
 
 /// What a `.face` file holds (docs/formats/face.md): everything that `retarget fit` found out about one mesh and one
 /// actor.

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/json_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -88,6 +89,7 @@ std::string inRange(std::string_view what, auto least, auto most) {
 struct JsonField::Document {
   json root;
   std::string file;
+  std::span<const std::uint8_t> blobs;  ///< of a CBOR sequence, in the caller's bytes
 };
 
 JsonField::JsonField(std::shared_ptr<const Document> document, const json& node, std::string missing_key)
@@ -185,8 +187,11 @@ std::vector<std::pair<std::string, JsonField>> JsonField::members() const {
 }
 
 std::span<const std::uint8_t> JsonField::bytes() const {
-  if (!exists() || !node_->is_binary()) refuse("a blob of bytes");
-  return node_->get_binary();
+  if (exists() && node_->is_binary()) return node_->get_binary();
+  const std::span<const std::uint8_t> blobs = document_->blobs;
+  if (blobs.empty() || !isObject()) refuse("a blob of bytes");
+  const std::int64_t first = (*this)["at"].whole(0, std::ssize(blobs));
+  return blobs.subspan(unsignedIndex(first), unsignedIndex((*this)["bytes"].whole(0, std::ssize(blobs) - first)));
 }
 
 void JsonField::refuse(std::string_view expected) const {
@@ -206,6 +211,17 @@ std::string JsonField::path() const {
 }
 
 namespace {
+
+constexpr std::size_t kBlobsHead = 9;  // its type and length
+
+/// The byte string with long blobs that cborBytes() begins with; empty where there is none, or not all of it.
+std::span<const std::uint8_t> leadingBlobs(std::string_view bytes) {
+  if (bytes.size() < kBlobsHead || bytes.front() != kCborBlobsType) return {};
+  std::uint64_t length = 0;
+  for (std::size_t i = 1; i < kBlobsHead; ++i) length = length << 8 | static_cast<std::uint8_t>(bytes[i]);
+  if (length > bytes.size() - kBlobsHead) return {};
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()) + kBlobsHead, static_cast<std::size_t>(length)};
+}
 
 json treeOf(std::string_view bytes, std::string_view file, std::string_view expected, bool is_cbor) {
   json tree;
@@ -234,6 +250,8 @@ JsonField parseJson(std::string_view text, std::string_view file, std::string_vi
 JsonField parseCbor(std::string_view bytes, std::string_view file, std::string_view expected) {
   const auto document = std::make_shared<JsonField::Document>();
   document->file = file;
+  document->blobs = leadingBlobs(bytes);
+  if (!document->blobs.empty()) bytes.remove_prefix(kBlobsHead + document->blobs.size());
   document->root = treeOf(bytes, file, expected, true);
   return {document, document->root};
 }

@@ -15,7 +15,12 @@ namespace mouthpiece {
 /// JSON of `value`, `indent` spaces a level or (-1) on one line. What is no UTF-8 in its strings becomes U+FFFD.
 std::string jsonText(const nlohmann::json& value, int indent = -1);
 std::string jsonText(const nlohmann::ordered_json& value, int indent = -1);
-std::string cborBytes(const nlohmann::json& value);
+
+/// How a byte string begins whose length follows in eight bytes (RFC 8949, 3.1).
+inline constexpr char kCborBlobsType = '\x5B';
+/// CBOR of `value`. Byte strings of 1 kB or more come first, all in one (a CBOR sequence, RFC 8742), and
+/// `{at: FIRST, bytes: COUNT}` stands in their place: so parseCbor() copies none; the library reads them byte by byte.
+std::string cborBytes(nlohmann::json value);
 
 /// A vector's or matrix' numbers as they lie in memory.
 struct RawNumbers {

@@ -8,6 +8,7 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
+#include "base/json_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -99,6 +100,32 @@ TEST(JsonFields, ReadsBlobsOfCbor) {
   };
   EXPECT_EQ(complaint([&] { (void)root["blob"].blob<Odd>(); }),
             "x.face:blob: found 24 bytes; expected a multiple of 7 bytes");
+}
+
+TEST(JsonFields, ReadsLongBlobsWhereTheyLie) {
+  const std::vector<std::int32_t> counted{1, -2, 3}, long_one(500, 7);
+  nlohmann::json tree{{"short", blobOf(counted)}, {"in", {{"long", blobOf(long_one)}, {"other", blobOf(long_one)}}}};
+  const std::string bytes = cborBytes(tree);
+  const JsonField root = parseCbor(bytes, "x.face", "a face");
+  EXPECT_EQ(root["short"].blob<std::int32_t>(), counted);
+  EXPECT_EQ(root["in"]["long"].blob<std::int32_t>(), long_one);
+  const auto place = [&](const JsonField& field) { return reinterpret_cast<const char*>(field.bytes().data()); };
+  EXPECT_EQ(place(root["in"]["long"]), bytes.data() + 9);
+  EXPECT_EQ(place(root["in"]["other"]), bytes.data() + 9 + 2000);
+  for (std::size_t size = 0; size < bytes.size(); size += 1 + size / 10)
+    EXPECT_NE(complaint([&] { (void)parseCbor(bytes.substr(0, size), "x.face", "a face"); }), "") << size;
+
+  const auto told = [&](const nlohmann::json& where) {
+    std::string hostile = bytes.substr(0, 9 + 4000);
+    nlohmann::json::to_cbor(nlohmann::json{{"a", where}}, hostile);
+    return complaint([&] { (void)parseCbor(hostile, "x.face", "a face")["a"].bytes(); });
+  };
+  EXPECT_EQ(told({{"at", 0}, {"bytes", 4000}}), "");
+  EXPECT_EQ(told({{"at", 4001}, {"bytes", 0}}), "x.face:a.at: found 4001; expected a whole number from 0 to 4000");
+  EXPECT_EQ(told({{"at", 1}, {"bytes", 4000}}), "x.face:a.bytes: found 4000; expected a whole number from 0 to 3999");
+  EXPECT_EQ(told({{"at", -1}, {"bytes", 1}}), "x.face:a.at: found -1; expected a whole number from 0 to 4000");
+  EXPECT_EQ(told({{"at", 1}}), "x.face:a.bytes: is missing; expected a whole number from 0 to 3999");
+  EXPECT_EQ(told({0, 8}), "x.face:a: found a list of 2; expected a blob of bytes");
 }
 
 /// A random document; its leaves are numbers.

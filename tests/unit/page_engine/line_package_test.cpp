@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "packed_line.h"
 #include "page_engine/page_engine.h"
+#include "support/cbor_tree.h"
 #include "support/error_of.h"
 
 namespace mouthpiece {
@@ -82,7 +83,7 @@ std::ostream& operator<<(std::ostream& stream, const Damage& damage) { return st
 class DamagedLine : public ::testing::TestWithParam<Damage> {};
 
 TEST_P(DamagedLine, IsAnInputErrorThatNamesThePlace) {
-  json package = json::from_cbor(packedLine());
+  json package = test::cborTree(packedLine());
   GetParam().change(package);
   const std::string bytes = bytesOf(package);
   const std::string error = errorOf([&] { parseLinePackage(bytes, "line"); });
