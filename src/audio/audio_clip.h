@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,12 +24,20 @@ struct AudioClip {
   }
 };
 
+/// What is read of a sound.
+struct AudioLimits {
+  Seconds most = 4 * 3600.0;                                         ///< a longer one is refused
+  Seconds own_rate_until = std::numeric_limits<Seconds>::infinity();  ///< a longer one comes at kLongSoundRateHz
+};
+/// What recognisers hear: an hour at this rate is 230 MB of samples, at 48 kHz 690.
+inline constexpr int kLongSoundRateHz = 16'000;
+
 /// Reads WAV, AIFF, FLAC, Ogg (Vorbis, Opus) or MP3 through libsndfile, MPEG-4 (M4A), WebM and AAC through the program
 /// ffmpeg where it is on the PATH; several channels are averaged. Throws InputError
-/// for what is no sound, is empty, claims more samples than the file holds, or is longer than `max_duration`.
-AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration = 4 * 3600.0);
+/// for what is no sound, is empty, claims more samples than the file holds, or is longer than the limits allow.
+AudioClip readAudio(const std::filesystem::path& path, const AudioLimits& limits = {});
 /// The same from memory, what libsndfile reads; `name` stands for the file in messages.
-AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration = 4 * 3600.0);
+AudioClip parseAudio(std::string_view bytes, std::string_view name, const AudioLimits& limits = {});
 
 /// 16-bit PCM WAV; samples outside [-1, 1] are clipped.
 std::string wavBytes(const AudioClip& clip);
@@ -55,6 +64,10 @@ class LiveResampler {
 
   /// Appends to `out` what `samples` complete.
   void push(std::span<const float> samples, std::vector<float>& out);
+  /// Appends what the sound's end completes, so that `out` has outputCount() of all that was pushed.
+  void finish(std::vector<float>& out);
+  /// Of so many samples in all.
+  [[nodiscard]] std::size_t outputCount(std::size_t inputs) const;
 
  private:
   struct State;

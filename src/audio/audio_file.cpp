@@ -162,33 +162,6 @@ std::string_view foreignKind(std::string_view bytes) {
   return is_aac ? "AAC" : "";
 }
 
-/// A foreign file as the WAV that ffmpeg makes of it.
-std::string throughFfmpeg(std::string_view bytes, std::string_view kind, std::string_view name, Seconds max_duration) {
-  constexpr Seconds kTimeLimit = 600;
-  const auto ffmpeg = findProgram("ffmpeg");
-  if (!ffmpeg) {
-    throw InputError(name, "",
-                     fmt::format("is {} sound, which needs ffmpeg: get it with sudo apt-get install ffmpeg, or make it "
-                                 "a WAV, FLAC, Ogg or MP3 file",
-                                 kind));
-  }
-  const PrivateFolder folder;
-  writeFileAtomically(folder.path() / "foreign", bytes);
-  const ChildResult result =
-      runChild(*ffmpeg,
-               {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-ac", "1", "-t",
-                fmt::format("{:.0f}", max_duration + 1), "-c:a", "pcm_s16le", "-f", "wav", "out.wav"},
-               folder.path(), kTimeLimit);
-  const std::filesystem::path made = folder.path() / "out.wav";
-  if (result.exit_code != 0 || !std::filesystem::exists(made)) {
-    std::string why = result.output.substr(0, result.output.find('\n'));
-    // "[mov,mp4 @ 0x561c404c29c0] moov atom not found": the bracket tells users nothing.
-    if (why.starts_with('[')) why.erase(0, why.find("] ") == std::string::npos ? 0 : why.find("] ") + 2);
-    throw InputError(name, "", fmt::format("is no {} sound that ffmpeg can read: {}", kind, printable(why, 160)));
-  }
-  return readFile(made);
-}
-
 /// libsndfile's view of a sound's bytes.
 struct SoundView {
   static SoundBytes& of(void* user) { return *static_cast<SoundBytes*>(user); }
@@ -245,43 +218,80 @@ void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration)
 }
 
 /// Memory grows with what is really read, not with what the header claims.
-std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::uint64_t file_bytes) {
+AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::uint64_t file_bytes,
+                   const AudioLimits& limits) {
   constexpr std::size_t kBlockFrames = 16384;
+  const bool is_long = asReal(info.frames) > limits.own_rate_until * info.samplerate;
+  AudioClip clip{.sample_rate_hz = is_long ? std::min(info.samplerate, kLongSoundRateHz) : info.samplerate};
+  LiveResampler resampler(info.samplerate, clip.sample_rate_hz);
   const std::size_t channels = unsignedIndex(info.channels);
-  std::vector<float> block(kBlockFrames * channels);
-  std::vector<float> mono;
+  std::vector<float> block(kBlockFrames * channels), mono;
   // A sample a byte can be believed; growing by doubling would take an hour's sound twice.
-  if (unsignedIndex(info.frames) <= file_bytes) mono.reserve(unsignedIndex(info.frames));
-  while (std::ssize(mono) < info.frames) {
+  if (unsignedIndex(info.frames) <= file_bytes) clip.samples.reserve(resampler.outputCount(unsignedIndex(info.frames)));
+  for (sf_count_t frames = 0; frames < info.frames; frames += std::ssize(mono)) {
     const sf_count_t taken = sf_readf_float(sound, block.data(), kBlockFrames);
-    if (taken <= 0) {
-      throw InputError(name, "",
-                       fmt::format("claims {} samples, found {}; expected a whole file", info.frames, mono.size()));
-    }
-    for (std::size_t frame = 0; frame < unsignedIndex(taken); ++frame) {
+    if (taken <= 0)
+      throw InputError(name, "", fmt::format("claims {} samples, found {}; expected a whole file", info.frames, frames));
+    mono.resize(unsignedIndex(taken));
+    for (std::size_t frame = 0; frame < mono.size(); ++frame) {
       double sum = 0;
       for (std::size_t c = 0; c < channels; ++c) sum += block[frame * channels + c];
       if (!std::isfinite(sum)) {
-        throw InputError(name, fmt::format("sample {}", mono.size()), "is not a finite number; expected -1 to 1");
+        throw InputError(name, fmt::format("sample {}", unsignedIndex(frames) + frame),
+                         "is not a finite number; expected -1 to 1");
       }
-      mono.push_back(asFloat(std::clamp(sum / info.channels, -1.0, 1.0)));
+      mono[frame] = asFloat(std::clamp(sum / info.channels, -1.0, 1.0));
     }
+    resampler.push(mono, clip.samples);
   }
-  return mono;
+  resampler.finish(clip.samples);
+  return clip;
 }
 
-AudioClip soundIn(SoundBytes bytes, std::string_view name, Seconds max_duration) {
+AudioClip soundIn(SoundBytes bytes, std::string_view name, const AudioLimits& limits) {
   checkKind(bytes, name);
   SF_INFO info{};
   const SoundFile sound = openSound(bytes, info);
   if (!sound) {
     throw InputError(name, "", fmt::format("is no sound that can be read: {}", printable(sf_strerror(nullptr))));
   }
-  checkInfo(info, name, max_duration);
-  AudioClip clip{.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size)};
+  checkInfo(info, name, limits.most);
+  AudioClip clip = readMono(sound.get(), info, name, bytes.size, limits);
   // libsndfile takes what cannot be read for the sound's end.
   if (bytes.error != 0) throw InputError(name, "", fmt::format("cannot be read: {}", std::strerror(bytes.error)));
   return clip;
+}
+
+SoundBytes bytesOf(const FileReader& file) {
+  return {file.size(), [&](std::uint64_t at, std::span<char> to) { return file.read(at, to); }};
+}
+
+/// A foreign file as the WAV that ffmpeg makes of it.
+AudioClip throughFfmpeg(const std::filesystem::path& path, std::string_view kind, const AudioLimits& limits) {
+  constexpr Seconds kTimeLimit = 600;
+  const std::string name = path.string();
+  const auto ffmpeg = findProgram("ffmpeg");
+  if (!ffmpeg) {
+    throw InputError(name, "",
+                     fmt::format("is {} sound, which needs ffmpeg: get it with sudo apt-get install ffmpeg, or make it "
+                                 "a WAV, FLAC, Ogg or MP3 file",
+                                 kind));
+  }
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "foreign", readFile(path));
+  const ChildResult result =
+      runChild(*ffmpeg,
+               {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-ac", "1", "-t",
+                fmt::format("{:.0f}", limits.most + 1), "-c:a", "pcm_s16le", "-f", "wav", "out.wav"},
+               folder.path(), kTimeLimit);
+  const std::filesystem::path made = folder.path() / "out.wav";
+  if (result.exit_code != 0 || !std::filesystem::exists(made)) {
+    std::string why = result.output.substr(0, result.output.find('\n'));
+    // "[mov,mp4 @ 0x561c404c29c0] moov atom not found": the bracket tells users nothing.
+    if (why.starts_with('[')) why.erase(0, why.find("] ") == std::string::npos ? 0 : why.find("] ") + 2);
+    throw InputError(name, "", fmt::format("is no {} sound that ffmpeg can read: {}", kind, printable(why, 160)));
+  }
+  return soundIn(bytesOf(FileReader(made)), name, limits);
 }
 
 void appendWav(const AudioClip& clip, const AppendBytes& append) {
@@ -319,19 +329,18 @@ void appendWav(const AudioClip& clip, const AppendBytes& append) {
 
 }  // namespace
 
-AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
+AudioClip parseAudio(std::string_view bytes, std::string_view name, const AudioLimits& limits) {
   const auto read = [bytes](std::uint64_t at, std::span<char> to) {
     return bytes.substr(std::min<std::uint64_t>(at, bytes.size())).copy(to.data(), to.size());
   };
-  return soundIn({bytes.size(), read}, name, max_duration);
+  return soundIn({bytes.size(), read}, name, limits);
 }
 
-AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
+AudioClip readAudio(const std::filesystem::path& path, const AudioLimits& limits) {
   const FileReader file(path);
-  const SoundBytes bytes{file.size(), [&](std::uint64_t at, std::span<char> to) { return file.read(at, to); }};
+  const SoundBytes bytes = bytesOf(file);
   const std::string_view foreign = foreignKind(bytes.at(0, 12));
-  if (foreign.empty()) return soundIn(bytes, path.string(), max_duration);
-  return parseAudio(throughFfmpeg(readFile(path), foreign, path.string(), max_duration), path.string(), max_duration);
+  return foreign.empty() ? soundIn(bytes, path.string(), limits) : throughFfmpeg(path, foreign, limits);
 }
 
 std::string wavBytes(const AudioClip& clip) {

@@ -155,4 +155,15 @@ void LiveResampler::push(std::span<const float> samples, std::vector<float>& out
   state.begin += done;
 }
 
+void LiveResampler::finish(std::vector<float>& out) {
+  State& state = *state_;
+  if (state.is_same) return;
+  const std::int64_t size = state.change.outputCount(state.begin + std::ssize(state.samples));
+  for (; state.next < size; ++state.next) out.push_back(state.change.output(state.next, state.samples, state.begin));
+}
+
+std::size_t LiveResampler::outputCount(std::size_t inputs) const {
+  return state_->is_same ? inputs : unsignedIndex(state_->change.outputCount(signedIndex(inputs)));
+}
+
 }  // namespace mouthpiece

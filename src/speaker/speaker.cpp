@@ -42,6 +42,12 @@ constexpr std::size_t kMostPhonesKept = 70'000;
 
 /// A longer recording is read again after its words were found, so that it is not held while they are.
 constexpr Seconds kReadTwice = 300;
+/// A longer recording is kept at the rate that is heard: at 48 kHz an hour of samples would take 690 MB.
+constexpr Seconds kOwnRateUntil = 1200;
+
+AudioClip readRecording(const std::filesystem::path& path) {
+  return readAudio(path, {.own_rate_until = kOwnRateUntil});
+}
 
 void expectNoBackoff(const UtteranceAnimation& animation, const std::string& corpus) {
   const auto found = std::find_if(animation.units.begin(), animation.units.end(),
@@ -167,7 +173,7 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr, *language);
   if (!aligner) aligner = std::make_unique<ForcedAligner>(std::filesystem::path(), *language);
   SpokenLine line;
-  line.audio = readAudio(source.audio);
+  line.audio = readRecording(source.audio);
   line.text = source.text;
   const std::vector<TranscriptWord> words = pronouncer->wordsOf(source.text);
   const SpeechKind kind = source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken;
@@ -177,7 +183,7 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   if (is_long) {
     aligner.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
-    line.audio = readAudio(source.audio);
+    line.audio = readRecording(source.audio);
   }
   const std::string failure = language == &english() ? judgeByNetwork(*network(), line.audio, alignment) : "";
   line.notice = doubtsAbout(alignment);
@@ -207,7 +213,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
     recogniser_hint = source.hint;
   }
   SpokenLine line;
-  line.audio = readAudio(source.audio);
+  line.audio = readRecording(source.audio);
   HeardSpeech heard = (timed ? *timed : *recogniser).hear(line.audio, source.audio.string());
   line.labels = std::move(heard.labels);
   line.text = std::move(heard.text);
@@ -231,7 +237,7 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (!source.times.empty() || (source.phones.empty() && source.text.empty())) return hearRecording(source);
   if (source.phones.empty()) return alignRecording(source);
   SpokenLine line;
-  line.audio = readAudio(source.audio);
+  line.audio = readRecording(source.audio);
   line.labels = readLabels(source.phones, {.language = language});
   if (!aligner) aligner = std::make_unique<ForcedAligner>(std::filesystem::path(), *language);
   if (!source.is_sung) line.notice = doubtsAbout(line.labels, line.audio, *aligner, source.audio.string());

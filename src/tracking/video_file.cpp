@@ -171,7 +171,7 @@ std::string lastLine(std::string_view output) {
 AudioClip soundFrom(const fs::path& file, Seconds lead, int rate_hz) {
   std::error_code error;
   if (!fs::exists(file, error) || fs::file_size(file, error) <= 44 + 78) return {rate_hz, {}};
-  AudioClip sound = readAudio(file, kLongestReading);
+  AudioClip sound = readAudio(file, {.most = kLongestReading});
   const auto samples = static_cast<std::ptrdiff_t>(std::lround(lead * sound.sample_rate_hz));
   if (samples > 0) {
     sound.samples.erase(sound.samples.begin(),

@@ -180,7 +180,7 @@ SoundPlace placeBeside(const MotionClip& motion, const AudioClip& sound, const C
     return {.late = *given.clap_at - *clap};
   }
   const bool by_own_sound = !given.own_sound.empty();
-  const SoundPlace place = by_own_sound ? placeOfSameSound(readAudio(given.own_sound, kLongestSound), sound)
+  const SoundPlace place = by_own_sound ? placeOfSameSound(readAudio(given.own_sound, {.most = kLongestSound}), sound)
                                         : placeOfSound(motion, sound, LipGauge(motion.marker_names));
   const std::string found = tell(place.late, fmt::format("{} agree to {:.2f}, elsewhere to {:.2f}",
                                                          by_own_sound ? "both sounds" : "lips and loudness",
@@ -193,7 +193,7 @@ SoundPlace placeBeside(const MotionClip& motion, const AudioClip& sound, const C
 
 /// Writes NAME.wav beside the motion NAME.c3d.
 void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
-  const AudioClip sound = readAudio(given.sound, kLongestSound);
+  const AudioClip sound = readAudio(given.sound, {.most = kLongestSound});
   const SoundPlace place = placeBeside(motion, sound, given);
   writeWav(fs::path(given.output).replace_extension(".wav"),
            soundBeside(motion.duration(), sound, place.late, place.drift.value_or(0)));

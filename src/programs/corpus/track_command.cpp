@@ -20,7 +20,7 @@ struct TrackArguments {
 int runTrack(const TrackArguments& given) {
   VideoTakesOptions options = given.options;
   options.layout = layoutFrom(given.layout);
-  if (!given.sound.empty()) options.recorder = readAudio(given.sound, kLongestSound);
+  if (!given.sound.empty()) options.recorder = readAudio(given.sound, {.most = kLongestSound});
   const auto models =
       findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
   VideoTakes result;

@@ -194,13 +194,24 @@ TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
 
 TEST_F(AudioFileTest, RefusesTooLongSoundAndSamplesThatAreNoNumbers) {
   writeWav(file("long.wav"), sine(8000, 100, 16000));
-  EXPECT_NE(errorOf([&] { readAudio(file("long.wav"), 1.5); }).find("claims 2 s of sound; expected at most 2 s"),
+  EXPECT_NE(errorOf([&] { readAudio(file("long.wav"), {.most = 1.5}); }).find("claims 2 s of sound; expected at most 2 s"),
             std::string::npos);
-  EXPECT_EQ(readAudio(file("long.wav"), 2.0).samples.size(), 16000U);
+  EXPECT_EQ(readAudio(file("long.wav"), {.most = 2.0}).samples.size(), 16000U);
   writeWithSndfile(file("nan.wav"), SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1,
                    {0, std::numeric_limits<float>::quiet_NaN(), 0});
   EXPECT_NE(errorOf([&] { readAudio(file("nan.wav")); }).find("nan.wav:sample 1: is not a finite number"),
             std::string::npos);
+}
+
+TEST_F(AudioFileTest, ALongOneComesAtTheRateThatIsHeard) {
+  writeWav(file("long.wav"), sine(44100, 440, 2 * 44100));
+  const AudioClip own = readAudio(file("long.wav"), {.own_rate_until = 2}),
+                  heard = readAudio(file("long.wav"), {.own_rate_until = 1.9});
+  EXPECT_EQ(own.sample_rate_hz, 44100);
+  EXPECT_EQ(heard.sample_rate_hz, kLongSoundRateHz);
+  EXPECT_EQ(heard.samples, resampleAudio(own, kLongSoundRateHz).samples);
+  writeWav(file("low.wav"), sine(8000, 440, 16000));
+  EXPECT_EQ(readAudio(file("low.wav"), {.own_rate_until = 1}).sample_rate_hz, 8000);
 }
 
 TEST_F(AudioFileTest, KeepsTheOldFileWhenItCannotWrite) {

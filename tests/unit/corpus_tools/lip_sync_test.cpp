@@ -85,7 +85,7 @@ TEST(LipSync, HoldsForARealSpeaker) {
     AudioClip sound;
     for (std::size_t i = first; i < first + 10; ++i) {
       const MotionClip more = readC3d(files[i]);
-      const AudioClip said = readAudio(fs::path(files[i]).replace_extension(".wav"), 60);
+      const AudioClip said = readAudio(fs::path(files[i]).replace_extension(".wav"), {.most = 60});
       const Eigen::Index rows = motion.positions_mm.rows();
       motion.frame_rate_hz = more.frame_rate_hz;
       motion.marker_names = more.marker_names;

@@ -89,7 +89,7 @@ AudioClip speech(std::size_t first, std::size_t count) {
   }
   std::sort(files.begin(), files.end());
   for (std::size_t i = first; i < std::min(first + count, files.size()); ++i) {
-    const AudioClip one = readAudio(files[i], 60);
+    const AudioClip one = readAudio(files[i], {.most = 60});
     all.samples.insert(all.samples.end(), one.samples.begin(), one.samples.end());
   }
   return all;
