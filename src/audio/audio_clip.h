@@ -26,7 +26,7 @@ struct AudioClip {
 
 /// What is read of a sound.
 struct AudioLimits {
-  Seconds most = 4 * 3600.0;                                         ///< a longer one is refused
+  Seconds most = 4 * 3600.0;                                          ///< a longer one is refused
   Seconds own_rate_until = std::numeric_limits<Seconds>::infinity();  ///< a longer one comes at kLongSoundRateHz
 };
 /// What recognisers hear: an hour at this rate is 230 MB of samples, at 48 kHz 690.

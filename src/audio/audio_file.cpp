@@ -222,7 +222,8 @@ AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, s
                    const AudioLimits& limits) {
   constexpr std::size_t kBlockFrames = 16384;
   const bool is_long = asReal(info.frames) > limits.own_rate_until * info.samplerate;
-  AudioClip clip{.sample_rate_hz = is_long ? std::min(info.samplerate, kLongSoundRateHz) : info.samplerate};
+  AudioClip clip{.sample_rate_hz = is_long ? std::min(info.samplerate, kLongSoundRateHz) : info.samplerate,
+                 .samples = {}};
   LiveResampler resampler(info.samplerate, clip.sample_rate_hz);
   const std::size_t channels = unsignedIndex(info.channels);
   std::vector<float> block(kBlockFrames * channels), mono;
@@ -231,7 +232,8 @@ AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, s
   for (sf_count_t frames = 0; frames < info.frames; frames += std::ssize(mono)) {
     const sf_count_t taken = sf_readf_float(sound, block.data(), kBlockFrames);
     if (taken <= 0)
-      throw InputError(name, "", fmt::format("claims {} samples, found {}; expected a whole file", info.frames, frames));
+      throw InputError(name, "",
+                       fmt::format("claims {} samples, found {}; expected a whole file", info.frames, frames));
     mono.resize(unsignedIndex(taken));
     for (std::size_t frame = 0; frame < mono.size(); ++frame) {
       double sum = 0;

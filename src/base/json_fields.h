@@ -96,8 +96,8 @@ class JsonField {
 /// The whole of a JSON text. Throws InputError for what is no JSON, holds a number out of range or is nested deeper
 /// than 32 levels: "is no valid JSON; expected EXPECTED", with the byte.
 JsonField parseJson(std::string_view text, std::string_view file, std::string_view expected);
-/// The same of CBOR: "is no valid CBOR". Long blobs of cborBytes() are read where they lie in `bytes`, which has to outlive
-/// the fields.
+/// The same of CBOR: "is no valid CBOR". Long blobs of cborBytes() are read where they lie in `bytes`, which has to
+/// outlive the fields.
 JsonField parseCbor(std::string_view bytes, std::string_view file, std::string_view expected);
 
 }  // namespace mouthpiece

@@ -111,6 +111,30 @@ void writeColumns(CheckedInsert rows, const Corpus& corpus);
 /// What is wrong with those of the file, beside `corpus`, whose labels were read; "" when nothing is.
 std::string faultOfColumns(SqliteDatabase& database, const Corpus& corpus);
 
+// The tables `takes`, `motion` and `audio`, a row a take.
+
+/// A take's row; its samples and labels follow from other tables.
+struct TakeSizes {
+  LabelCounts labels;
+  std::size_t frames = 0;
+  double frame_rate_hz = 0;
+  std::size_t samples = 0;
+  int sample_rate_hz = 0;
+};
+
+/// Throws InputError unless the row at hand has this id.
+void expectId(const CheckedQuery& row, std::size_t expected);
+/// The row at hand, all but the labels of which goes into `take`.
+TakeSizes readTake(const CheckedQuery& row, const std::string& file, CorpusTake& take);
+/// The clip of the take whose row of `motion` is at hand, all but the positions of which is in `clip`.
+void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip);
+/// Of the take whose row of `audio` is at hand.
+void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio);
+/// Reads takes when they are asked for, and keeps the file open: `sizes` of all takes, or `stored` of a corpus with
+/// phone_columns.
+std::shared_ptr<const MotionSource> motionSourceOf(SqliteDatabase database, std::vector<TakeSizes> sizes,
+                                                   StoredColumns stored, const Corpus& corpus);
+
 // The tables `trajectory_model` and `phone_shapes`.
 
 /// Fills `corpus.trajectory_model` and `lattice_weights`; leaves them alone when the table is empty. Needs the layout.

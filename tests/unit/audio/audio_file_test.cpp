@@ -194,8 +194,9 @@ TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
 
 TEST_F(AudioFileTest, RefusesTooLongSoundAndSamplesThatAreNoNumbers) {
   writeWav(file("long.wav"), sine(8000, 100, 16000));
-  EXPECT_NE(errorOf([&] { readAudio(file("long.wav"), {.most = 1.5}); }).find("claims 2 s of sound; expected at most 2 s"),
-            std::string::npos);
+  EXPECT_NE(
+      errorOf([&] { readAudio(file("long.wav"), {.most = 1.5}); }).find("claims 2 s of sound; expected at most 2 s"),
+      std::string::npos);
   EXPECT_EQ(readAudio(file("long.wav"), {.most = 2.0}).samples.size(), 16000U);
   writeWithSndfile(file("nan.wav"), SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1,
                    {0, std::numeric_limits<float>::quiet_NaN(), 0});

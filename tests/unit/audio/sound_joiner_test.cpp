@@ -29,7 +29,8 @@ AudioClip hiss(Seconds duration, double level) {
   AudioClip clip{kJoinedRateHz, {}};
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, static_cast<float>(level));
-  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kJoinedRateHz); ++i) clip.samples.push_back(normal(random));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(duration * kJoinedRateHz); ++i)
+    clip.samples.push_back(normal(random));
   return clip;
 }
 
@@ -112,7 +113,8 @@ TEST(SoundJoiner, JoinsDoNotClick) {
     steepest = std::max(steepest, std::abs(a.clip.samples[i] - a.clip.samples[i - 1]));
   }
   for (Seconds cut = 0.2; cut < 0.21; cut += 0.0007) {  // at every phase of the period
-    const AudioClip joined = joinSounds({{&a, {0, cut}, {0, cut}}, {&b, {0.25, 0.5}, {cut, cut + 0.25}}}, kJoinedRateHz);
+    const AudioClip joined =
+        joinSounds({{&a, {0, cut}, {0, cut}}, {&b, {0.25, 0.5}, {cut, cut + 0.25}}}, kJoinedRateHz);
     const auto end = static_cast<std::size_t>((cut + 0.05) * kJoinedRateHz);
     for (auto i = static_cast<std::size_t>((cut - 0.05) * kJoinedRateHz); i < end; ++i) {
       ASSERT_LT(std::abs(joined.samples[i] - joined.samples[i - 1]), 1.3F * steepest) << cut << " at " << i;
