@@ -159,7 +159,7 @@ struct Speaker::Data {
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
   void giveBackTakes() const;
   /// The labels with their phones all in words.
-  SpeechLabels withLikelyWords(const SpeechLabels& labels);
+  SpeechLabels withLikelyWords(SpeechLabels labels);
   /// The words that neither the lexicon nor the language's dictionary has.
   std::vector<GuessedWord> guessesIn(const SpeechLabels& labels);
   /// What of Ma, Ps, Ja and Li was asked for and does nothing in this line; "" where all of it does.
@@ -249,7 +249,8 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   return line;
 }
 
-SpeechLabels Speaker::Data::withLikelyWords(const SpeechLabels& labels) {
+SpeechLabels Speaker::Data::withLikelyWords(SpeechLabels labels) {
+  if (!LikelyWords::areNeededFor(labels)) return labels;
   if (!likely_words) {
     likely_words.emplace(*language);
     const Corpus& own = corpus.data().corpus;
@@ -395,7 +396,7 @@ Performance Speaker::perform(const Line& given) {
   if (!line.audio.empty()) await_face();
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
-  if (!line.is_sung && line.song.empty()) sound.line.labels = data_->withLikelyWords(sound.line.labels);
+  if (!line.is_sung && line.song.empty()) sound.line.labels = data_->withLikelyWords(std::move(sound.line.labels));
   SpeechLabels labels_before = sound.line.labels;
   sound.line.labels = withBorders(std::move(sound.line.labels), edits.borders, doubts);
 

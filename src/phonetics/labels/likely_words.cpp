@@ -118,8 +118,12 @@ bool LikelyWords::isStressed(const SpeechLabels& labels, std::size_t vowel) cons
   return chance(stresses_, aroundVowel(labels, vowel), usual) > 0.5;
 }
 
+bool LikelyWords::areNeededFor(const SpeechLabels& labels) {
+  return std::any_of(labels.phones.begin(), labels.phones.end(), lacksWord);
+}
+
 SpeechLabels LikelyWords::complete(const SpeechLabels& labels) const {
-  if (std::none_of(labels.phones.begin(), labels.phones.end(), lacksWord)) return labels;
+  if (!areNeededFor(labels)) return labels;
   std::vector<std::string> words;
   for (const LabelledWord& word : labels.words) words.push_back(word.text);
   std::vector<PhoneSegment> segments;

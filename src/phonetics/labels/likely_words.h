@@ -17,6 +17,9 @@ class LikelyWords {
  public:
   explicit LikelyWords(const Language& language = english()) : language_(&language) {}
 
+  /// Whether `labels` have phones without a word: else complete() gives back what it is given.
+  [[nodiscard]] static bool areNeededFor(const SpeechLabels& labels);
+
   /// Learns from the words and the stress of `labels`.
   void add(const SpeechLabels& labels);
 
