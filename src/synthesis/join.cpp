@@ -235,6 +235,15 @@ std::span<const Seconds> part(std::span<const Seconds> times, Eigen::Index begin
   return {times.begin() + begin, times.begin() + end};
 }
 
+struct FrameRange {
+  Eigen::Index begin = 0, end = 0;
+};
+/// Where a fragment is seen: the stretch over which the upper face is blended holds that of the lips.
+FrameRange rowsOf(std::size_t fragment, const std::vector<JoinSpans>& joins, std::span<const Seconds> times) {
+  return {fragment == 0 ? 0 : rowFrom(times, joins[fragment - 1].upper_face.start),
+          fragment == joins.size() ? std::ssize(times) : rowFrom(times, joins[fragment].upper_face.end)};
+}
+
 /// One fragment's poses, led towards its neighbours.
 PositionMatrix ledPoses(const std::vector<UnitFragment>& fragments, std::size_t i,
                         const std::vector<JoinOffset>& offsets, std::span<const Seconds> times) {
@@ -313,11 +322,23 @@ Eigen::RowVectorXd JoinOffset::shiftOfAfter(Seconds at) const {
   return -reach_after / room * blendWeight(BlendKind::kSmooth, (at - time) / reach_after) * offset_mm;
 }
 
+JoinRange joinsWithin(const std::vector<JoinSpans>& joins, std::span<const Seconds> times, Eigen::Index first,
+                      Eigen::Index end) {
+  JoinRange range{joins.size(), 0};
+  for (std::size_t fragment = 0; fragment <= joins.size(); ++fragment) {
+    const FrameRange rows = rowsOf(fragment, joins, times);
+    if (std::max(first, rows.begin) >= std::min(end, rows.end)) continue;
+    range.first = std::min(range.first, fragment == 0 ? 0 : fragment - 1);
+    range.end = std::min(fragment + 1, joins.size());
+  }
+  return range;
+}
+
 std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vector<UnitFragment>& fragments,
-                                        const std::vector<JoinSpans>& joins) {
+                                        const std::vector<JoinSpans>& joins, const JoinRange& range) {
   std::vector<JoinOffset> offsets(joins.size());
   // Backwards: the takes that were looked at last when the joins were placed are still in memory, and then the first.
-  for (std::size_t i = joins.size(); i-- > 0;) {
+  for (std::size_t i = std::min(range.end, joins.size()); i-- > range.first;) {
     JoinOffset& offset = offsets[i];
     offset.time = joins[i].lips.middle();
     // A fragment that is joined at both ends keeps room for both.
@@ -343,12 +364,9 @@ PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const 
                               const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
                               const MarkerLayout& layout, Eigen::Index first, Eigen::Index last) {
   const std::vector<bool> upper = upperFaceColumns(layout);
-  const Eigen::Index frames = std::ssize(times);
   PositionMatrix result(last - first, std::ssize(upper));
   for (std::size_t i = 0; i < fragments.size(); ++i) {
-    // The stretch over which the upper face is blended holds that of the lips.
-    const Eigen::Index whole_begin = i == 0 ? 0 : rowFrom(times, joins[i - 1].upper_face.start);
-    const Eigen::Index whole_end = i + 1 == fragments.size() ? frames : rowFrom(times, joins[i].upper_face.end);
+    const auto [whole_begin, whole_end] = rowsOf(i, joins, times);
     const Eigen::Index begin = std::max(first, whole_begin), end = std::min(last, whole_end);
     if (begin >= end) continue;
     const PositionMatrix poses = ledPoses(fragments, i, offsets, part(times, whole_begin, whole_end));
@@ -367,17 +385,22 @@ PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const 
 }
 
 JoinedUnits::JoinedUnits(const std::vector<SelectedUnit>& units, const LineToRender& line, bool residual)
-    : blend_(line.options.blend), layout_(line.database.corpus().layout) {
+    : blend_(line.options.blend), layout_(line.database.corpus().layout), labels_(line.labels) {
   const Departures& departures = line.options.departures;
   fragments_ = cutIntoFragments(line.labels, line.database, units, residual, !departures.silences_keep_their_pace,
                                 line.predictions);
   joins_ = placeJoins(fragments_, units, line, residual && line.options.search_coupling);
-  // None: a bare cut, when no blend is wanted.
-  if (line.overlap() > 0 && departures.offsets_led_away) offsets_ = findJoinOffsets(line.labels, fragments_, joins_);
+  // A bare cut, when no blend is wanted.
+  leads_offsets_away_ = line.overlap() > 0 && departures.offsets_led_away;
 }
 
 PositionMatrix JoinedUnits::rows(std::span<const Seconds> times, std::size_t first, std::size_t end) const {
-  return blendFragments(fragments_, joins_, offsets_, times, blend_, layout_, signedIndex(first), signedIndex(end));
+  // An hour's offsets would take 50 MB.
+  std::vector<JoinOffset> offsets;
+  if (leads_offsets_away_)
+    offsets = findJoinOffsets(labels_, fragments_, joins_,
+                              joinsWithin(joins_, times, signedIndex(first), signedIndex(end)));
+  return blendFragments(fragments_, joins_, offsets, times, blend_, layout_, signedIndex(first), signedIndex(end));
 }
 
 std::vector<Seconds> JoinedUnits::middles() const {

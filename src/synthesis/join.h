@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -63,9 +64,16 @@ struct JoinOffset {
   [[nodiscard]] Eigen::RowVectorXd shiftOfAfter(Seconds at) const;
 };
 
-/// One for each join, joins[i] lying between fragments i and i + 1.
+/// Joins [first, end).
+struct JoinRange {
+  std::size_t first = 0, end = std::numeric_limits<std::size_t>::max();
+};
+/// Those beside the fragments that are seen in frames [first, end) of `times`.
+JoinRange joinsWithin(const std::vector<JoinSpans>& joins, std::span<const Seconds> times, Eigen::Index first,
+                      Eigen::Index end);
+/// One for each join, joins[i] lying between fragments i and i + 1; nothing is found out for those out of `range`.
 std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vector<UnitFragment>& fragments,
-                                        const std::vector<JoinSpans>& joins);
+                                        const std::vector<JoinSpans>& joins, const JoinRange& range = {});
 
 /// The fragments resampled at `times` (rising) and blended over `joins`, one between each fragment and the next (EDGE
 /// 5.1.3): times x (3 * markers), mm. `offsets` (one a join, or none at all) are spread first. Where the capture of one

@@ -62,7 +62,7 @@ struct StretchMotion {
   MovementParts parts = {};
 };
 /// Units' fragments and how they are joined, found out once, for a line whose rows are made some at a time. Refers to
-/// the line's database.
+/// the line's labels and database.
 class JoinedUnits {
  public:
   JoinedUnits(const std::vector<SelectedUnit>& units, const LineToRender& line, bool residual);
@@ -74,9 +74,10 @@ class JoinedUnits {
  private:
   BlendKind blend_;
   const MarkerLayout& layout_;
+  const SpeechLabels& labels_;
   std::vector<UnitFragment> fragments_;
   std::vector<JoinSpans> joins_;
-  std::vector<JoinOffset> offsets_;
+  bool leads_offsets_away_ = false;
 };
 
 /// EDGE 5.1.2 and 5.1.3: the units' fragments warped, resampled at `times` and blended; NaN where none was seen. With

@@ -12,12 +12,18 @@ namespace {
 /// "DH-AH T-AY-M IH-Z T-EH-N" from takes that lie 4 mm apart.
 class JoinOffsets : public ::testing::Test {
  protected:
-  JoinOffsets() : corpus_(samples::tinyCorpus()), line_(samples::tinyLabels("DH-AH T-AY-M IH-Z T-EH-N", 6)) {
+  JoinOffsets() : corpus_(samples::tinyCorpus()) {
     for (std::size_t take = 0; take < corpus_.takes.size(); ++take) {
       corpus_.takes[take].motion.positions_mm.array() += take % 2 == 0 ? 4 : 0;
     }
     database_ = std::make_unique<UnitDatabase>(corpus_);
+    join("DH-AH T-AY-M IH-Z T-EH-N");
+  }
+
+  void join(const std::string& words) {
+    line_ = samples::tinyLabels(words, 6);
     fragments_ = cutIntoFragments(line_, *database_, selectUnits(line_, *database_, {}));
+    joins_.clear();
     for (std::size_t i = 0; i + 1 < fragments_.size(); ++i) {
       joins_.push_back(placeJoin(line_, fragments_[i].fragment, fragments_[i + 1].fragment, {0.06, 60}));
     }
@@ -48,6 +54,29 @@ TEST_F(JoinOffsets, BothSidesMeetAtTheJoin) {
     ++led;
   }
   EXPECT_GT(led, 0U);
+}
+
+TEST_F(JoinOffsets, OnlyThoseBesideTheFragmentsSeenAreFound) {
+  join("DH-AH T-AY-M IH-Z T-EH-N T-AY-M IH-Z DH-AH T-EH-N IH-Z T-AY-M");
+  ASSERT_GT(joins_.size(), 3U);
+  std::vector<Seconds> times;
+  for (int i = 0; i < 60; ++i) times.push_back(line_.duration() * i / 60);
+  std::size_t all_left_out = 0;
+  for (Eigen::Index first = 0; first < 60; first += 3) {
+    const Eigen::Index end = first + 3;
+    const JoinRange range = joinsWithin(joins_, times, first, end);
+    const std::vector<JoinOffset> some = findJoinOffsets(line_, fragments_, joins_, range);
+    ASSERT_EQ(some.size(), joins_.size());
+    std::size_t left_out = 0;
+    for (const JoinOffset& offset : some) left_out += offset.offset_mm.size() == 0 ? 1U : 0U;
+    EXPECT_EQ(left_out, joins_.size() - (range.end - range.first));
+    all_left_out += left_out;
+    const auto rows = [&](const std::vector<JoinOffset>& offsets) {
+      return blendFragments(fragments_, joins_, offsets, times, BlendKind::kSmooth, corpus_.layout, first, end);
+    };
+    EXPECT_EQ(rows(some), rows(offsets_)) << first;
+  }
+  EXPECT_GT(all_left_out, 0U);
 }
 
 TEST_F(JoinOffsets, LipsThatMustTouchAreLeftAlone) {
