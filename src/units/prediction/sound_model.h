@@ -36,7 +36,7 @@ SoundMeasures soundMeasures(const AudioClip& clip);
 /// departure, in speech and in silence, are taken off: they are the speaker's, the microphone's and the room's.
 class SoundDeviations {
  public:
-  SoundDeviations(const SoundMeasures& measures, const SpeechLabels& labels, const Eigen::MatrixXd& expected);
+  SoundDeviations(SoundMeasures measures, const SpeechLabels& labels, const Eigen::MatrixXd& expected);
 
   /// Of each measure in speech, the standard deviation.
   [[nodiscard]] Eigen::RowVectorXd spreadInSpeech() const;
@@ -59,7 +59,7 @@ class HeardLine {
   /// `model` is not empty and outlives this.
   HeardLine(const SoundModel& model, const AudioClip& clip, const SpeechLabels& labels)
       : HeardLine(model, soundMeasures(clip), labels) {}
-  HeardLine(const SoundModel& model, const SoundMeasures& measures, const SpeechLabels& labels);
+  HeardLine(const SoundModel& model, SoundMeasures measures, const SpeechLabels& labels);
 
   /// times x components, mm: to be added to the prediction.
   [[nodiscard]] Eigen::MatrixXd at(std::span<const Seconds> times) const;
