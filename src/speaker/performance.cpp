@@ -77,7 +77,10 @@ Eigen::Vector3d Performance::Data::neckTop() const {
   return 0.5 * (*left + *right) - width * Eigen::Vector3d(0, kBelow, kBehind);
 }
 
-void Performance::Data::describe() {
+const Labels& Performance::Data::shownLabels() const {
+  const std::scoped_lock lock(mutex_);
+  if (labels_) return *labels_;
+  Labels& labels = labels_.emplace();
   const SpeechLabels& from = animation.labels;
   std::vector<std::optional<std::size_t>> named;  // of each word its place among those that have a text
   for (const LabelledWord& word : from.words) {
@@ -87,13 +90,28 @@ void Performance::Data::describe() {
   for (const LabelledPhone& phone : from.phones)
     labels.phones.push_back({std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))), phone.span,
                              phone.word ? named[*phone.word] : std::nullopt});
+  return labels;
+}
+
+const std::vector<Curve>& Performance::Data::shownCurves() const {
+  const std::scoped_lock lock(mutex_);
+  if (curves_) return *curves_;
+  std::vector<Curve>& curves = curves_.emplace();
   for (const AnimationCurve& curve : animation.curves) {
     Curve& shown = curves.emplace_back(Curve{curve.name, {}});
     for (const CurveKey& key : curve.keys) shown.keys.push_back({key.time, key.value, key.in, key.out});
   }
+  return curves;
+}
+
+const std::vector<PerformedUnit>& Performance::Data::shownUnits() const {
+  const std::scoped_lock lock(mutex_);
+  if (units_) return *units_;
+  std::vector<PerformedUnit>& units = units_.emplace();
   for (const PlacedUnit& unit : animation.units)
     units.push_back(
         {unit.phones.first.value, unit.phones.last.value, unit.take, unit.source_span, unit.span, unit.is_backoff});
+  return units;
 }
 
 void Performance::Data::makePieces(const MotionInPieces::Take& take) const {
@@ -360,10 +378,10 @@ double Performance::frameRateHz() const { return data_->animation.motion.frame_r
 std::size_t Performance::frameCount() const { return data_->animation.motion.frameCount(); }
 Seconds Performance::duration() const { return data_->animation.motion.duration(); }
 const Sound& Performance::sound() const { return data_->shownSound(); }
-const Labels& Performance::labels() const { return data_->labels; }
+const Labels& Performance::labels() const { return data_->shownLabels(); }
 const Motion& Performance::motion() const { return data_->shownMotion(); }
-const std::vector<Curve>& Performance::curves() const { return data_->curves; }
-const std::vector<PerformedUnit>& Performance::units() const { return data_->units; }
+const std::vector<Curve>& Performance::curves() const { return data_->shownCurves(); }
+const std::vector<PerformedUnit>& Performance::units() const { return data_->shownUnits(); }
 const std::vector<GuessedWord>& Performance::guesses() const { return data_->guesses; }
 const std::vector<std::string>& Performance::warnings() const { return data_->animation.warnings; }
 std::string Performance::report() const { return data_->report(); }

@@ -61,7 +61,6 @@ Performance sourceOf(const Performance& line, std::size_t unit) {
   shown.span = placed.source_span;
   shown.sound = {};
   animation.units = {shown};
-  made->describe();
   return Performance(std::move(made));
 }
 

@@ -443,7 +443,6 @@ Performance Speaker::perform(const Line& given) {
   made->confidence = std::move(data_->heard_confidence);
   made->style = styleFor(request.options.curves, request.labels, request.tags);
   data_->giveBackTakes();
-  made->describe();
   return Performance(std::move(made));
 }
 

@@ -79,13 +79,12 @@ struct Performance::Data {
   std::vector<double> confidence;  ///< of each phone of a line that was recognised; else empty
   VocalStyle style;                ///< of the curves
   std::string edits = "[]";        ///< an animator's, JSON, as they were asked for
-  Labels labels;
-  std::vector<Curve> curves;
-  std::vector<PerformedUnit> units;
   std::vector<GuessedWord> guesses;
 
-  /// animation's parts as the front door shows them; the large ones when they are asked for.
-  void describe();
+  // The animation's parts as the front door shows them.
+  const Labels& shownLabels() const;
+  const std::vector<Curve>& shownCurves() const;
+  const std::vector<PerformedUnit>& shownUnits() const;
   const Sound& shownSound() const;
   const Motion& shownMotion() const;
 
@@ -160,6 +159,9 @@ struct Performance::Data {
   mutable StageTimings later_ms_;  ///< what came after the synthesis: motion left for later, retarget, deform, write
   mutable std::optional<MotionClip> whole_;  ///< of what was left for later
   mutable bool is_told_ = false;             ///< whether the animation has what is told of that
+  mutable std::optional<Labels> labels_;
+  mutable std::optional<std::vector<Curve>> curves_;
+  mutable std::optional<std::vector<PerformedUnit>> units_;
   mutable std::optional<Sound> sound_;
   mutable std::optional<Motion> motion_;
   mutable std::optional<FaceMotion> face_motion_;

@@ -104,7 +104,6 @@ std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
     made->animation.lips = lipsFromPhones(made->animation.labels, times);
   }
   made->animation.audio.sample_rate_hz = 16'000;  // the page's clock is its sound: silence
-  made->describe();
   return made;
 }
 
