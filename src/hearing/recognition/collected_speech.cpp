@@ -23,7 +23,17 @@ bool isHeldByNobody(const PhoneSegment& phone) {
   return phone.span.duration() > kHeldTooLong && (isStop(phone.phone) || phone.phone == Phone::kDH);
 }
 
-/// Leaves what of such phones lies next to another one of their word, or of none.
+/// The first of `items`, each by `text`, with commas between them.
+template <typename Item, typename Text>
+std::string named(const std::vector<Item>& items, Text text) {
+  std::string all;
+  for (std::size_t i = 0; i < std::min(items.size(), kMostNamed); ++i) all += (i > 0 ? ", " : "") + text(items[i]);
+  return all + (items.size() > kMostNamed ? ", ..." : "");
+}
+std::string placeOf(const TimeSpan& span) { return fmt::format("{:.1f} to {:.1f} s", span.start, span.end); }
+
+}  // namespace
+
 void shortenHeldPhones(std::vector<PhoneSegment>& segments) {
   constexpr Seconds kSame = 1e-6;
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -40,17 +50,6 @@ void shortenHeldPhones(std::vector<PhoneSegment>& segments) {
       phone.span.end = phone.span.start + kHeldAtMost;
   }
 }
-
-/// The first of `items`, each by `text`, with commas between them.
-template <typename Item, typename Text>
-std::string named(const std::vector<Item>& items, Text text) {
-  std::string all;
-  for (std::size_t i = 0; i < std::min(items.size(), kMostNamed); ++i) all += (i > 0 ? ", " : "") + text(items[i]);
-  return all + (items.size() > kMostNamed ? ", ..." : "");
-}
-std::string placeOf(const TimeSpan& span) { return fmt::format("{:.1f} to {:.1f} s", span.start, span.end); }
-
-}  // namespace
 
 void CollectedSpeech::addPhone(const PhoneSegment& phone, double confidence) {
   segments_.push_back(phone);

@@ -24,6 +24,8 @@ constexpr float kLiveWordWeight = 0.8F;
 constexpr Seconds kHeardAgainWithin = 0.34;
 /// A sound that lasts so many frames longer is settled in parts.
 constexpr std::size_t kMostOpen = 70;
+/// Frames of a phrase, and until it is heard.
+constexpr std::size_t kPast = 400;
 
 /// Levels of the last half minute, and whether the last frames are over their background. As in findSpeech(), but for
 /// what is not there yet.
@@ -109,6 +111,7 @@ struct LiveEar::State {
 
   void hearFrames(std::span<const std::int16_t> samples, const std::function<bool()>& waits);
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
+  [[nodiscard]] bool isNoSpeech(const HeardPhrase& phrase) const;
   void putWords(Eigen::MatrixXf& posteriors) const;
   std::vector<PhoneSegment> settle();
 
@@ -119,7 +122,8 @@ struct LiveEar::State {
   bool hears_again;
   Eigen::MatrixXf likeness = lipLikeness();
   LoudFrames loud;
-  std::deque<Eigen::VectorXf> open;  ///< posteriors of the frames that are not settled
+  std::deque<Eigen::VectorXf> open;  ///< posteriors of the frames that are not settled, as they are without words
+  std::deque<Eigen::VectorXf> past;  ///< where there are words, of those settled last
   std::size_t settled = 0;           ///< frames that are
   bool has_begun = false;
   std::vector<PhoneSegment> guess;
@@ -151,7 +155,27 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
     column(static_cast<Eigen::Index>(Phone::kSil)) = 1;
   }
   if (!words) return;
-  if (auto found = words->hear(samples, loud.isSpeech(frames), waits)) word_phones = std::move(*found);
+  if (auto found = words->hear(samples, loud.isSpeech(frames), waits))
+    word_phones = isNoSpeech(*found) ? std::vector<PhoneSegment>() : std::move(found->phones);
+}
+
+/// As in a recording (docs/theory/hearing/recognition.md#noise-around-a-line): where nothing but silence is heard
+/// without words, words that are less likely said than not are what the network makes of noise.
+bool LiveEar::State::isNoSpeech(const HeardPhrase& phrase) const {
+  if (phrase.word_odds >= 0) return false;
+  const std::size_t begin = settled - past.size(), end = settled + open.size();
+  const auto frameAt = [&](Seconds time) {
+    return std::clamp(static_cast<std::size_t>(std::max(0.0, time / kEarStep)), begin, end);
+  };
+  const std::size_t first = frameAt(phrase.span.start), count = frameAt(phrase.span.end) - first;
+  if (count == 0) return false;
+  Eigen::MatrixXf posteriors(signedIndex(kPhoneCount), signedIndex(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = first + i - begin;
+    posteriors.col(signedIndex(i)) = at < past.size() ? past[at] : open[at - past.size()];
+  }
+  const std::vector<HeardPhone> row = likeliestPhones(posteriors, likeness, kFurtherPhone);
+  return std::all_of(row.begin(), row.end(), [](const HeardPhone& phone) { return phone.phone == Phone::kSil; });
 }
 
 /// `posteriors`: of the open frames.
@@ -197,7 +221,9 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
     done = path[next].first = sure;
   }
   for (; next < path.size(); ++next) guess.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
+  if (words) past.insert(past.end(), open.begin(), open.begin() + signedIndex(done));
   open.erase(open.begin(), open.begin() + signedIndex(done));
+  if (past.size() > kPast) past.erase(past.begin(), past.end() - signedIndex(kPast));
   settled += done;
   return made;
 }

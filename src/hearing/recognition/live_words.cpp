@@ -15,6 +15,7 @@
 #include "base/index.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
 
 namespace mouthpiece {
@@ -55,8 +56,8 @@ class PhraseHearing {
     const std::array<std::span<const std::int16_t>, 1> nothing{};
     network_->hear(nothing, stop);
   }
-  /// Phones of the words that likely are right and have ended. Throws InputError where the network fails.
-  std::vector<PhoneSegment> phonesIn(const Phrase& phrase, const std::stop_token& stop);
+  /// Throws InputError where the network fails.
+  HeardPhrase wordsIn(const Phrase& phrase, const std::stop_token& stop);
 
  private:
   std::shared_ptr<WordNetwork> network_;
@@ -64,7 +65,7 @@ class PhraseHearing {
   ForcedAligner aligner_;
 };
 
-std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const std::stop_token& stop) {
+HeardPhrase PhraseHearing::wordsIn(const Phrase& phrase, const std::stop_token& stop) {
   const std::array<std::span<const std::int16_t>, 1> sound{phrase.samples};
   const std::vector<NetworkWord> words = network_->hear(sound, stop).front();
   std::string text;
@@ -73,8 +74,8 @@ std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const st
     text += (text.empty() ? "" : " ") + word.text;
     sure += word.log_probability / asReal(words.size());
   }
-  std::vector<PhoneSegment> phones;
-  if (text.empty()) return phones;
+  HeardPhrase heard{.span = {phrase.start, phrase.start + asReal(phrase.samples.size()) / kPhraseRateHz}};
+  if (text.empty()) return heard;
   AudioClip clip{kPhraseRateHz, {}};
   for (const std::int16_t sample : phrase.samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   ForcedAlignment alignment;
@@ -82,7 +83,7 @@ std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const st
     alignment =
         aligner_.align(clip, pronouncer_.wordsOf(text), "phrase", SpeechKind::kSpoken, BorderTimes::kFirstHeard);
   } catch (const InputError&) {  // the phrase is too short for them
-    return phones;
+    return heard;
   }
   const SpeechLabels& labels = alignment.labels;
   const Seconds ended = phrase.is_over ? labels.duration() : labels.duration() - kMayGoOn;
@@ -90,15 +91,18 @@ std::vector<PhoneSegment> PhraseHearing::phonesIn(const Phrase& phrase, const st
     const PhoneRange of_word = labels.words[i].phones;
     // A word that is written as several is aligned as these.
     const double word_sure = words.size() == labels.words.size() ? words[i].log_probability : sure;
-    const double odds = oddsOfNetworkWord(oddsOfConfidence(alignment.confidence[i]), word_sure);
+    const double believed = oddsOfConfidence(alignment.confidence[i]);
+    heard.word_odds += believed / asReal(labels.words.size());
+    const double odds = oddsOfNetworkWord(believed, word_sure);
     if (odds >= kLiveWordUnlikely || labels.spanOf(of_word).end > ended) continue;
     for (std::size_t k = of_word.first.value; k <= of_word.last.value; ++k) {
       const TimeSpan& span = labels.phones[k].span;
-      phones.push_back(
+      heard.phones.push_back(
           {.phone = labels.phones[k].phone, .span = {span.start + phrase.start, span.end + phrase.start}, .word = i});
     }
   }
-  return phones;
+  shortenHeldPhones(heard.phones);
+  return heard;
 }
 
 }  // namespace
@@ -114,7 +118,7 @@ struct LiveWords::State {
   bool isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits);
   [[nodiscard]] bool isTooLate() const;
   void ask();
-  std::optional<std::vector<PhoneSegment>> found();
+  std::optional<HeardPhrase> found();
   void miss() {
     ++missed;
     ++missed_in_a_row;
@@ -137,7 +141,7 @@ struct LiveWords::State {
   std::condition_variable_any changed;
   bool is_busy = true;  ///< the network starts, or hears
   std::optional<Phrase> asked;
-  std::optional<std::vector<PhoneSegment>> answer;  ///< nothing where it failed
+  std::optional<HeardPhrase> answer;  ///< nothing where it failed
 
   // Of the other thread.
   PhraseHearing hearing;
@@ -147,10 +151,10 @@ struct LiveWords::State {
 void LiveWords::State::work(const std::stop_token& stop) {
   std::optional<Phrase> now;
   while (!stop.stop_requested()) {
-    std::optional<std::vector<PhoneSegment>> made;
+    std::optional<HeardPhrase> made;
     try {
       if (!now) hearing.start(stop);
-      made = now ? hearing.phonesIn(*now, stop) : std::vector<PhoneSegment>();
+      made = now ? hearing.wordsIn(*now, stop) : HeardPhrase();
     } catch (const std::exception&) {  // who waits for it counts it
     }
     std::unique_lock lock(mutex);
@@ -221,7 +225,7 @@ bool LiveWords::State::isTooLate() const {
 }
 
 /// What the other thread found; nothing where it failed or is still busy.
-std::optional<std::vector<PhoneSegment>> LiveWords::State::found() {
+std::optional<HeardPhrase> LiveWords::State::found() {
   due.reset();
   const std::scoped_lock lock(mutex);
   if (is_busy || !answer) {
@@ -242,19 +246,19 @@ LiveWords::LiveWords(LiveWords&&) noexcept = default;
 LiveWords& LiveWords::operator=(LiveWords&&) noexcept = default;
 std::size_t LiveWords::missed() const { return state_->missed; }
 
-std::optional<std::vector<PhoneSegment>> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech,
+std::optional<HeardPhrase> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech,
                                                          const std::function<bool()>& waits) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   State& state = *state_;
   state.take(samples, is_speech);
-  std::optional<std::vector<PhoneSegment>> found;
+  std::optional<HeardPhrase> found;
   if (state.due && state.hops >= *state.due &&
       (state.isThere(kLatest, waits) || !waits || waits() || state.isTooLate())) {
     found = state.found();
     state.word_ends.clear();
-    for (std::size_t i = 0; found && i < found->size(); ++i) {
-      if (i + 1 == found->size() || (*found)[i + 1].word != (*found)[i].word)
-        state.word_ends.push_back((*found)[i].span.end);
+    const std::vector<PhoneSegment> phones = found ? found->phones : std::vector<PhoneSegment>();
+    for (std::size_t i = 0; i < phones.size(); ++i) {
+      if (i + 1 == phones.size() || phones[i + 1].word != phones[i].word) state.word_ends.push_back(phones[i].span.end);
     }
   }
   if (state.wantsHearing()) state.ask();

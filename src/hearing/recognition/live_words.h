@@ -14,6 +14,15 @@
 
 namespace mouthpiece {
 
+/// What a hearing found in a phrase, on the clock of the sound.
+struct HeardPhrase {
+  TimeSpan span = {};
+  /// Of the words that likely are right and have ended, without silences.
+  std::vector<PhoneSegment> phones = {};
+  /// The mean of the logarithms of the odds of its words as a transcript's.
+  double word_odds = 0;
+};
+
 /// Hears the words of a sound that goes on (docs/theory/hearing/recognition.md#words-while-they-are-said): a network
 /// hears the phrase so far every now and then, in a thread of its own, and its words are aligned. What is heard depends
 /// on the sound alone where it is waited for, unless the network takes a second too long. Memory does not grow with the
@@ -32,9 +41,8 @@ class LiveWords {
 
   /// The next kHop samples; `is_speech`: whether speech is around their end; `waits`: whether a hearing that is due is
   /// waited for, a second at most, asked again and again; empty: it is. Else it comes when it is there. Returns what a
-  /// hearing found, if one is due: the phones of its words, on the clock of the sound, without silences, in place of
-  /// all found before.
-  std::optional<std::vector<PhoneSegment>> hear(std::span<const std::int16_t> samples, bool is_speech,
+  /// hearing found, if one is due, in place of all found before.
+  std::optional<HeardPhrase> hear(std::span<const std::int16_t> samples, bool is_speech,
                                                 const std::function<bool()>& waits = {});
   /// How many hearings failed, or came too late, by the sound and by the clock. After a few none is tried for a minute.
   [[nodiscard]] std::size_t missed() const;

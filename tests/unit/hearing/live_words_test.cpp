@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <thread>
 
 #include "base/child_process.h"
@@ -66,6 +68,20 @@ bool isTheSame(const HeardOn& a, const HeardOn& b) {
 const SpokenLine& line() {
   static const SpokenLine said = makeVoice("flite:slt")->speak("there is nothing good on television");
   return said;
+}
+
+/// Wind that rises for half a second.
+AudioClip gust() {
+  AudioClip sound{16000, std::vector<float>(40000)};
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0, 0.002F);
+  float wind = 0;
+  for (std::size_t i = 0; i < sound.samples.size(); ++i) {
+    const double beside = (static_cast<double>(i) - 20000) / 4000;
+    wind = 0.995F * wind + normal(random);
+    sound.samples[i] = static_cast<float>(1 + 4 * std::exp(-beside * beside)) * wind;
+  }
+  return sound;
 }
 
 const HeardOn& phonesAlone() {
@@ -132,6 +148,21 @@ TEST_F(BrokenLiveWords, ThatHangAreWaitedForOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, kAtMost);  // the network itself is given a minute
   EXPECT_TRUE(isTheSame(heard, phonesAlone()));
   EXPECT_EQ(heard.missed, 1U);
+}
+
+/// Answers to all sounds with the same word.
+constexpr const char* kHearsYou =
+    "import { readSync, writeSync } from 'node:fs';"
+    "const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;"
+    "  while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };"
+    "for (;;) { const count = read(8).readUInt32LE(0); read(2 * count);"
+    "  writeSync(3, count > 0 ? '[{\"text\":\"you\",\"log_probability\":-0.2}]\\n' : '[]\\n'); }";
+
+/// What a network makes of wind that rises for half a second moves no lips.
+TEST_F(BrokenLiveWords, AreNotHeardInAGust) {
+  const HeardOn heard = heardOn(gust(), networkOf(kHearsYou));
+  EXPECT_TRUE(isTheSame(heard, heardOn(gust())));
+  EXPECT_EQ(heard.missed, 0U);
 }
 
 /// Sound that waited comes at once: a second of it is gone before a hearing can be there.
