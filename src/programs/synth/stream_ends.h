@@ -50,9 +50,9 @@ class InputLines {
   std::size_t line_number_ = 0;
 };
 
-/// Text sentence by sentence: to a full stop, question or exclamation mark before a blank, or a line's end; sentences
-/// of over 80 bytes to the last comma or other pause within these, not under 30, or the next one: a voice takes long
-/// to say a long sentence. Those of over 400 to a blank.
+/// Text sentence by sentence: to a full stop, question or exclamation mark before a blank, other scripts' stop, or a
+/// line's end; sentences of over 80 characters to the last comma or other pause within these, not under 30, or the next
+/// one: a voice takes long to say a long sentence. Those of over 400 to a blank.
 class SentenceReader {
  public:
   /// `file`: "-" for standard input.

@@ -21,6 +21,17 @@ bool isLetterByte(char c) {
          (static_cast<unsigned char>(c) & 0x80U) != 0;
 }
 
+bool isInsideCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+/// Sentences of scripts without blanks, or with stops of their own, end with these; and pauses.
+constexpr std::array<std::string_view, 6> kWideStops{"。", "！", "？", "।", "؟", "։"};
+constexpr std::array<std::string_view, 5> kWidePauses{"、", "，", "；", "：", "،"};
+constexpr std::array<std::string_view, 3> kPauses{",", ";", ":"};
+template <std::size_t kCount>
+bool isOneOf(std::string_view character, const std::array<std::string_view, kCount>& all) {
+  return std::find(all.begin(), all.end(), character) != all.end();
+}
+
 /// The stop of "Dr." and its like ends no sentence.
 bool isAbbreviation(const std::string& text, std::size_t stop) {
   constexpr std::array<std::string_view, 12> kAbbreviations{"Mr", "Mrs", "Ms",  "Dr", "St", "Prof",
@@ -96,17 +107,20 @@ std::optional<std::string> InputLines::next() {
 /// One beyond its last byte; nullopt where more must be read to know.
 std::optional<std::size_t> SentenceReader::endOfSentence() const {
   constexpr std::size_t kShortestPhrase = 30, kPhrase = 80, kLongest = 400;
-  std::size_t blank = 0, phrase = 0;
-  for (std::size_t i = 0; i < read_.size(); ++i) {
-    const char c = read_[i];
-    const bool before_blank = i + 1 < read_.size() ? isBlankByte(read_[i + 1]) : is_over_;
-    if (c == '\n') return i + 1;
-    if ((c == '!' || c == '?' || (c == '.' && !isAbbreviation(read_, i))) && before_blank) return i + 1;
-    if ((c == ',' || c == ';' || c == ':') && before_blank && i >= kShortestPhrase) phrase = i + 1;
-    if (i >= kPhrase && phrase > 0) return phrase;
-    if (isBlankByte(c)) blank = i + 1;
-    if (i >= kLongest && blank > 0) return blank;
-    if (i >= 4 * kLongest) return i & ~std::size_t{3};  // no blanks: some scripts have none
+  std::size_t blank = 0, phrase = 0, characters = 0;
+  for (std::size_t i = 0, next = 0; i < read_.size(); i = next, ++characters) {
+    next = i + 1;
+    while (next < std::min(i + 4, read_.size()) && isInsideCharacter(read_[next])) ++next;
+    const std::string_view c = std::string_view(read_).substr(i, next - i);
+    const bool before_blank = next < read_.size() ? isBlankByte(read_[next]) : is_over_;
+    if (c == "\n" || isOneOf(c, kWideStops)) return next;
+    if ((c == "!" || c == "?" || (c == "." && !isAbbreviation(read_, i))) && before_blank) return next;
+    const bool is_pause = isOneOf(c, kWidePauses) || (isOneOf(c, kPauses) && before_blank);
+    if (is_pause && characters >= kShortestPhrase) phrase = next;
+    if (characters >= kPhrase && phrase > 0) return phrase;
+    if (isBlankByte(c.front())) blank = next;
+    if (characters >= kLongest && blank > 0) return blank;
+    if (characters >= 4 * kLongest) return i;
   }
   return is_over_ && !read_.empty() ? std::optional(read_.size()) : std::nullopt;
 }
@@ -115,11 +129,8 @@ std::optional<std::string> SentenceReader::next() {
   constexpr std::size_t kAtOnce = 4096;
   while (true) {
     while (const std::optional<std::size_t> end = endOfSentence()) {
-      std::size_t cut = *end;
-      while (cut < read_.size() && (static_cast<unsigned char>(read_[cut]) & 0xC0U) == 0x80U)
-        ++cut;  // whole characters
-      std::string sentence = read_.substr(0, cut);
-      read_.erase(0, cut);
+      std::string sentence = read_.substr(0, *end);
+      read_.erase(0, *end);
       if (std::any_of(sentence.begin(), sentence.end(), isLetterByte)) return sentence;
     }
     if (is_over_) return std::nullopt;

@@ -56,6 +56,15 @@ TEST(SentenceReader, CutsAtSentencesAndLongOnesAtPauses) {
     joined += part;
   }
   EXPECT_EQ(joined, unbroken);
+}
+
+TEST(SentenceReader, CountsCharactersInAnyScript) {
+  const std::string clause = "Когда он купил все ракушки и положил их на стол,", whole = clause + " он ушёл домой.";
+  EXPECT_GT(whole.size(), 80U);
+  EXPECT_EQ(sentencesOf(whole + " Потом"), (std::vector<std::string>{whole, " Потом"}));
+  EXPECT_EQ(sentencesOf(clause + " он ушёл домой и читал до самого вечера.").front(), clause);
+  EXPECT_EQ(sentencesOf("今日は晴れです。散歩に行きますか？はい"),
+            (std::vector<std::string>{"今日は晴れです。", "散歩に行きますか？", "はい"}));
   EXPECT_TRUE(sentencesOf("").empty());
   EXPECT_TRUE(sentencesOf(" \n . \n").empty());
 }
