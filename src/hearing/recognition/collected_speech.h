@@ -8,8 +8,8 @@
 
 namespace mouthpiece {
 
-/// Leaves what lies next to another phone of their word, or of none, of closings that are held longer than anybody holds
-/// one: noise is heard as the rest.
+/// Leaves what lies next to another phone of their word, or of none, of closings that are held longer than anybody
+/// holds one: noise is heard as the rest.
 void shortenHeldPhones(std::vector<PhoneSegment>& segments);
 
 /// Phones and words on the clock of a whole sound, as its stretches are heard one after the other, and what of them is

@@ -247,7 +247,7 @@ LiveWords& LiveWords::operator=(LiveWords&&) noexcept = default;
 std::size_t LiveWords::missed() const { return state_->missed; }
 
 std::optional<HeardPhrase> LiveWords::hear(std::span<const std::int16_t> samples, bool is_speech,
-                                                         const std::function<bool()>& waits) {
+                                           const std::function<bool()>& waits) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   State& state = *state_;
   state.take(samples, is_speech);
