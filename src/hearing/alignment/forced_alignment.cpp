@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -23,9 +22,6 @@ namespace {
 /// A mean score a frame at which a word is as likely right as wrong, and how far from it the two part.
 constexpr double kEvenScore = -90.0;
 constexpr double kScoreSpread = 8.0;
-/// The same of a spoken line in a language whose sounds the model never learnt: words that are said fall short of the
-/// former, lines by far less. Chosen on five lines of each tuned language and of Swedish by eSpeak NG's voices.
-constexpr double kEvenLineScore = -108.5;
 /// More doubtful words than this: not the text that is said. Of five recorded singers' own words 3 to 22 % are
 /// doubtful, of others 49 to 71 % (docs/theory/hearing/alignment.md).
 constexpr double kOtherTextShare = 0.3;
@@ -105,25 +101,17 @@ class LabelWriter {
     segments_.push_back(segment);
   }
 
-  /// `by_lines`: lines are doubted, not words alone.
-  ForcedAlignment finish(bool by_lines) {
+  ForcedAlignment finish() {
     finishWord();
     std::vector<std::string> texts;
     for (const TranscriptWord& word : words_) texts.push_back(word.text);
     ForcedAlignment alignment{buildSpeechLabels(std::move(segments_), texts, duration_, language_), {}};
-    for (const double score : scores_) alignment.confidence.push_back(confidenceOf(score, kEvenScore));
-    std::size_t first = 0;
-    for (const std::size_t end : by_lines ? TextDoubt::lineEnds(scores_.size()) : std::vector<std::size_t>{}) {
-      const double sum = std::accumulate(scores_.begin() + signedIndex(first), scores_.begin() + signedIndex(end), 0.0);
-      alignment.line_confidence.resize(end, confidenceOf(sum / asReal(end - first), kEvenLineScore));
-      first = end;
-    }
+    for (const double score : scores_)
+      alignment.confidence.push_back(1 / (1 + std::exp((kEvenScore - score) / kScoreSpread)));
     return alignment;
   }
 
  private:
-  static double confidenceOf(double score, double even) { return 1 / (1 + std::exp((even - score) / kScoreSpread)); }
-
   [[nodiscard]] bool afterSilence() const { return segments_.empty() || segments_.back().phone == Phone::kSil; }
 
   void finishWord() {
@@ -310,16 +298,13 @@ ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& sam
   std::vector<DecodedPhone> placed = is_spoken ? withWholeSilences(decoded) : decoded;
   if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_);
   for (const DecodedPhone& phone : placed) writer.add(phone);
-  const bool is_english = &language_ == &english();
-  ForcedAlignment alignment = writer.finish(is_spoken && !is_english);
+  ForcedAlignment alignment = writer.finish();
   if (!is_spoken) return alignment;
-  if (is_english) {
-    if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
-    Believed believed = doubt_->judge(decoded, samples);
-    if (believed.words.size() == alignment.confidence.size()) {
-      alignment.confidence = std::move(believed.words);
-      alignment.line_confidence = std::move(believed.lines);
-    }
+  if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
+  Believed believed = &language_ == &english() ? doubt_->judge(decoded, samples) : doubt_->judgeLines(decoded, samples);
+  if (believed.words.size() == alignment.confidence.size()) {
+    alignment.confidence = std::move(believed.words);
+    alignment.line_confidence = std::move(believed.lines);
   }
   doubtLinesOutsideSpeech(stretches, alignment);
   return alignment;
