@@ -43,7 +43,7 @@ MotionClip AdaptedMotion::load(TakeIndex take) const {
 
 AudioClip AdaptedMotion::loadAudio(TakeIndex take) const {
   if (take.value >= own_.takes.size()) return {large_.takes[take.value - own_.takes.size()].audio.sample_rate_hz, {}};
-  return own_.motion_source != nullptr ? own_.motion_source->loadAudio(take) : own_.takes[take.value].audio;
+  return own_.take_source != nullptr ? own_.take_source->loadAudio(take) : own_.takes[take.value].audio;
 }
 
 Eigen::MatrixXd AdaptedMotion::valuesOf(const Eigen::MatrixXd& displacements, const MotionClip& motion,

@@ -33,7 +33,7 @@ class Placing {
 };
 
 /// The person's takes, then the other's as the person would have moved.
-class AdaptedMotion final : public MotionSource {
+class AdaptedMotion final : public TakeSource {
  public:
   /// `base`: the large corpus' model, placed; `model`: this person's. Refers to both corpora.
   AdaptedMotion(const Corpus& large, const Corpus& own, const Placing& placing, const TrajectoryModel& base,

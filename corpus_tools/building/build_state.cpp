@@ -147,7 +147,7 @@ void FinishedTakes::takeOver(const std::string& key, MotionClip& motion) {
 
 void FinishedTakes::addPart(const std::string& key) { places_.push_back({key, nullptr, {}, {}}); }
 
-void FinishedTakes::addEarlier(std::shared_ptr<const MotionSource> earlier, TakeIndex take) {
+void FinishedTakes::addEarlier(std::shared_ptr<const TakeSource> earlier, TakeIndex take) {
   places_.push_back({"", std::move(earlier), take, {}});
 }
 
@@ -254,8 +254,8 @@ std::optional<EarlierBuild> EarlierBuild::find(const std::filesystem::path& outp
     }
     if (earlier.takes.empty()) return std::nullopt;
     for (const auto& [key, take] : earlier.takes) {  // damage is found now, not when all else is done
-      (void)earlier.corpus.motion_source->load(TakeIndex(take));
-      (void)earlier.corpus.motion_source->loadAudio(TakeIndex(take));
+      (void)earlier.corpus.take_source->load(TakeIndex(take));
+      (void)earlier.corpus.take_source->loadAudio(TakeIndex(take));
     }
     return earlier;
   } catch (const InputError&) {

@@ -71,7 +71,7 @@ std::string leftOutToText(const std::vector<LeftOutTake>& left_out);
 /// The motion and sound of takes that a build has done: in its parts on disk, or in the corpus that it goes on from.
 /// A corpus has hundreds of times the takes that are worked on at once, so of all of them only a little motion is kept
 /// in memory. Reading is thread-safe.
-class FinishedTakes final : public MotionSource {
+class FinishedTakes final : public TakeSource {
  public:
   /// `most_held_bytes` of motion stay in memory; the rest is read from `parts` when asked for.
   explicit FinishedTakes(const BuildParts& parts, std::size_t most_held_bytes = kMostHeldBytes)
@@ -81,7 +81,7 @@ class FinishedTakes final : public MotionSource {
   void takeOver(const std::string& key, MotionClip& motion);
   /// The next take is the one of `key`, or take `take` of `earlier`.
   void addPart(const std::string& key);
-  void addEarlier(std::shared_ptr<const MotionSource> earlier, TakeIndex take);
+  void addEarlier(std::shared_ptr<const TakeSource> earlier, TakeIndex take);
 
   /// From now on take `take` is moved by `move`, and after that all takes by `face_from_head`.
   void move(std::size_t take, const RigidMotion& move) { places_[take].move = move; }
@@ -93,7 +93,7 @@ class FinishedTakes final : public MotionSource {
  private:
   struct Place {
     std::string key;
-    std::shared_ptr<const MotionSource> earlier;
+    std::shared_ptr<const TakeSource> earlier;
     TakeIndex earlier_take;
     std::optional<RigidMotion> move;
   };

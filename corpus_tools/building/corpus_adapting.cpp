@@ -329,7 +329,7 @@ Corpus adaptCorpus(const Corpus& large, const Corpus& own, std::size_t jobs) {
   for (const CorpusTake& take : own.takes) adapted.takes.push_back(lightTake(take, take.name));
   for (const CorpusTake& take : large.takes)
     adapted.takes.push_back(lightTake(take, isAdapted(take) ? take.name : large.name + "/" + take.name));
-  adapted.motion_source = std::make_shared<AdaptedMotion>(large, own, adapting.placing(), adapting.base(), *fit.model);
+  adapted.take_source = std::make_shared<AdaptedMotion>(large, own, adapting.placing(), adapting.base(), *fit.model);
   adapted.lattice_weights = large.lattice_weights;
   adapted.sound_cut_weights = own.sound_cut_weights;
   adapted.motion_settings = large.motion_settings;

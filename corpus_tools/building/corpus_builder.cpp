@@ -202,7 +202,7 @@ class Builder {
     std::vector<bool> is_new;
     doTakes(result, *finished, earlier, reference, parts, is_new);
     result.corpus.layout = options_.layout;
-    result.corpus.motion_source = finished;
+    result.corpus.take_source = finished;
     if (earlier) {
       result.corpus.neutral_pose_mm = earlier->corpus.neutral_pose_mm;
       result.corpus.build_log = earlier->corpus.build_log;
@@ -217,7 +217,7 @@ class Builder {
     writeLog(result, settings_, reference);
     result.corpus.name = output_.stem().string();
     writeCorpus(output_, result.corpus);
-    result.corpus.motion_source = nullptr;  // its parts go; the database has it all
+    result.corpus.take_source = nullptr;  // its parts go; the database has it all
     parts.remove();
     return result;
   }
@@ -265,7 +265,7 @@ class Builder {
     for (Done& take : done) {
       is_new.push_back(!take.earlier);
       if (take.earlier) {
-        finished.addEarlier(earlier->corpus.motion_source, TakeIndex(*take.earlier));
+        finished.addEarlier(earlier->corpus.take_source, TakeIndex(*take.earlier));
       } else {
         finished.addPart(take.cleaned.report.key);
       }

@@ -18,7 +18,7 @@ constexpr double kHeldPhone = 25;  ///< rows of 10 ms at the mean that a phone's
 constexpr std::size_t kLeastSounds = 12;
 
 AudioClip soundOfTake(const Corpus& corpus, std::size_t take) {
-  return corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(take)) : corpus.takes[take].audio;
+  return corpus.take_source != nullptr ? corpus.take_source->loadAudio(TakeIndex(take)) : corpus.takes[take].audio;
 }
 
 /// How each phone sounds on average.

@@ -28,7 +28,7 @@ struct LinePackage {
   /// its measures.
   SynthesisRequest request;
   SynthesisPlan plan;  ///< before any unit was taken from elsewhere
-  /// Of the takes, those that hold a pair of the line's phones, in their order; `motion_source` knows the motion of
+  /// Of the takes, those that hold a pair of the line's phones, in their order; `take_source` knows the motion of
   /// those that the line and the page's offers are taken from (InputError for others), and the shapes of the line's
   /// pairs.
   Corpus corpus;

@@ -133,7 +133,7 @@ TrajectoryModel modelFrom(const JsonField& field, Eigen::Index columns) {
 }
 
 /// What a package holds of its takes.
-class PackedTakes : public MotionSource {
+class PackedTakes : public TakeSource {
  public:
   struct Packed {
     std::string name;
@@ -205,7 +205,7 @@ Corpus corpusFrom(const JsonField& field, const std::string& file) {
         MotionClip{take.motion.frame_rate_hz, names, floatsFrom(entry["motion_mm"], columns, true).cast<double>()};
     if (own.motion->frameCount() == 0) entry["motion_mm"].fail("found no frame");
   }
-  corpus.motion_source = std::make_shared<PackedTakes>(std::move(packed));
+  corpus.take_source = std::make_shared<PackedTakes>(std::move(packed));
   return corpus;
 }
 

@@ -45,7 +45,7 @@ Performance sourceOf(const Performance& line, std::size_t unit) {
   animation.method = "as captured";
   animation.labels = take.labels;
   animation.audio = take.audio;
-  if (animation.audio.samples.empty() && corpus.motion_source) animation.audio = corpus.motion_source->loadAudio(index);
+  if (animation.audio.samples.empty() && corpus.take_source) animation.audio = corpus.take_source->loadAudio(index);
   if (animation.audio.samples.empty()) {
     animation.audio.sample_rate_hz = 16'000;
     animation.warnings.push_back("the corpus keeps no sound of this take");

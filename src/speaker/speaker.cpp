@@ -119,7 +119,7 @@ std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
   for (std::size_t i = 0; i < takeCount(corpus); i += every) {
     const CorpusTake& take = takeOf(corpus, TakeIndex(i));
     sounds.push_back(
-        {corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
+        {corpus.take_source != nullptr ? corpus.take_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
   }
   return sounds;
 }

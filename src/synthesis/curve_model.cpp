@@ -43,8 +43,8 @@ VisemePoses learnPoses(const Corpus& corpus) {
   loaded.reserve(most);
   std::vector<PoseTake> takes;
   for (std::size_t i = 0; i < takeCount(corpus); i += stride) {
-    const bool is_elsewhere = corpus.motion_source != nullptr;
-    if (is_elsewhere) loaded.push_back(corpus.motion_source->load(TakeIndex(i)));
+    const bool is_elsewhere = corpus.take_source != nullptr;
+    if (is_elsewhere) loaded.push_back(corpus.take_source->load(TakeIndex(i)));
     const CorpusTake& take = takeOf(corpus, TakeIndex(i));
     takes.push_back({&take.labels, is_elsewhere ? &loaded.back() : &take.motion});
   }

@@ -50,8 +50,8 @@ FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, do
     if (std::isfinite(value)) values.push_back(value);
   };
   for (std::size_t take = 0; take < takeCount(corpus); ++take) {
-    const bool on_demand = corpus.motion_source != nullptr;
-    const MotionClip captured = on_demand ? corpus.motion_source->load(TakeIndex(take)) : corpus.takes[take].motion;
+    const bool on_demand = corpus.take_source != nullptr;
+    const MotionClip captured = on_demand ? corpus.take_source->load(TakeIndex(take)) : corpus.takes[take].motion;
     const MotionClip motion = resampleClip(captured, frame_rate_hz);
     for (Eigen::Index frame = 0; frame + 1 < motion.positions_mm.rows(); ++frame) {
       keepSeen(steps, largestStep(motion.positions_mm, frame));

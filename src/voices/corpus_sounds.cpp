@@ -75,7 +75,7 @@ CorpusSounds::Recording& CorpusSounds::recordingOf(TakeIndex take) {
   const Corpus& corpus = database_.corpus();
   const CorpusTake& from = database_.takeOf(take);
   AudioClip audio = from.audio;
-  if (audio.samples.empty() && corpus.motion_source) audio = corpus.motion_source->loadAudio(take);
+  if (audio.samples.empty() && corpus.take_source) audio = corpus.take_source->loadAudio(take);
   if (audio.samples.empty() || audio.sample_rate_hz <= 0) {
     throw InputError(corpus.name, "take " + from.name, "found no sound; expected a recording to speak with");
   }

@@ -148,7 +148,7 @@ BENCHMARK_CAPTURE(synthesiseLine, greedy, SelectionMethod::kGreedy)->Unit(benchm
 BENCHMARK_CAPTURE(synthesiseLine, viterbi, SelectionMethod::kViterbi)->Unit(benchmark::kMillisecond);
 
 /// Shapes of any take, and its motion at 25 Hz: as a corpus file gives them, when they are asked for.
-class RandomShapes : public MotionSource {
+class RandomShapes : public TakeSource {
  public:
   explicit RandomShapes(const Corpus& corpus) : names_(corpus.layout.markerNames()) {
     for (const CorpusTake& take : corpus.takes) {
@@ -212,7 +212,7 @@ Corpus shapedCorpus(std::size_t count) {
   model->level = Eigen::RowVectorXd::Zero(components);
   model->dynamics.assign(static_cast<std::size_t>(components), {});
   corpus.trajectory_model = std::move(model);
-  corpus.motion_source = std::make_shared<RandomShapes>(corpus);
+  corpus.take_source = std::make_shared<RandomShapes>(corpus);
   return corpus;
 }
 

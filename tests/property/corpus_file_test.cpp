@@ -136,8 +136,7 @@ TEST_F(CorpusFileProperty, WhatIsWrittenIsReadAndWrittenAlike) {
     // Take by take, and written from there.
     const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
     for (std::size_t i = open.takes.size(); i-- > 0;)
-      EXPECT_TRUE(
-          sameNumbers(open.motion_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm));
+      EXPECT_TRUE(sameNumbers(open.take_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm));
     writeCorpus(folder_ / "from_source.corpus", open);
     ASSERT_TRUE(readFile(folder_ / "from_source.corpus") == bytes);
   }

@@ -6,7 +6,7 @@ namespace mouthpiece::samples {
 namespace {
 
 /// The original's takes in turn, each as long as its labels want it.
-class RepeatedMotion : public MotionSource {
+class RepeatedMotion : public TakeSource {
  public:
   RepeatedMotion(const Corpus& original, std::vector<double> paces) : original_(original), paces_(std::move(paces)) {}
 
@@ -51,7 +51,7 @@ Corpus repeatedCorpus(const Corpus& original, std::size_t times) {
       copy.motion.frame_rate_hz = take.motion.frame_rate_hz / pace;
     }
   }
-  corpus.motion_source = std::make_shared<RepeatedMotion>(original, std::move(paces));
+  corpus.take_source = std::make_shared<RepeatedMotion>(original, std::move(paces));
   return corpus;
 }
 

@@ -92,7 +92,7 @@ std::vector<std::size_t> shuffledIndices(std::size_t count, std::uint64_t seed) 
 Corpus adaptedInMemory(const Corpus& large, const Corpus& own) {
   Corpus adapted = adaptCorpus(large, own);
   for (std::size_t i = 0; i < adapted.takes.size(); ++i) adapted.takes[i].motion = motionOf(adapted, TakeIndex(i));
-  adapted.motion_source = nullptr;
+  adapted.take_source = nullptr;
   return adapted;
 }
 

@@ -7,16 +7,16 @@
 namespace mouthpiece {
 
 MotionClip motionOf(const Corpus& corpus, TakeIndex take) {
-  return corpus.motion_source != nullptr ? corpus.motion_source->load(take) : corpus.takes[take.value].motion;
+  return corpus.take_source != nullptr ? corpus.take_source->load(take) : corpus.takes[take.value].motion;
 }
 
-const CorpusTake& MotionSource::take(TakeIndex /*take*/) const { throw InternalError("the takes are in memory"); }
-std::optional<TakeIndex> MotionSource::takeNamed(std::string_view /*name*/) const {
+const CorpusTake& TakeSource::take(TakeIndex /*take*/) const { throw InternalError("the takes are in memory"); }
+std::optional<TakeIndex> TakeSource::takeNamed(std::string_view /*name*/) const {
   throw InternalError("the takes are in memory");
 }
 
 std::optional<TakeIndex> takeNamed(const Corpus& corpus, std::string_view name) {
-  if (corpus.phone_columns != nullptr) return corpus.motion_source->takeNamed(name);
+  if (corpus.phone_columns != nullptr) return corpus.take_source->takeNamed(name);
   const auto found =
       std::find_if(corpus.takes.begin(), corpus.takes.end(), [&](const CorpusTake& take) { return take.name == name; });
   if (found == corpus.takes.end()) return std::nullopt;

@@ -31,9 +31,9 @@ struct CorpusTake {
 };
 
 /// Loads what is known of single takes of a corpus file. Thread-safe.
-class MotionSource {
+class TakeSource {
  public:
-  virtual ~MotionSource() = default;
+  virtual ~TakeSource() = default;
   /// Of a corpus with `phone_columns`: all but motion and sound, kept as long as the source lives. Throws InputError
   /// when it is damaged.
   [[nodiscard]] virtual const CorpusTake& take(TakeIndex take) const;
@@ -69,7 +69,7 @@ struct Corpus {
   std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
   /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion is empty but for its frame rate, and
   /// is loaded from here when a UnitDatabase needs it. Null otherwise.
-  std::shared_ptr<const MotionSource> motion_source;
+  std::shared_ptr<const TakeSource> take_source;
   /// Fitted when the corpus was built; null in one of format version 1 or with too little to learn from.
   std::shared_ptr<const TrajectoryModel> trajectory_model;
   LatticeWeights lattice_weights;     ///< the usual ones, unless "lattice_weights" of the build log says how learnt
@@ -94,7 +94,7 @@ inline std::size_t takeCount(const Corpus& corpus) {
 }
 /// Valid as long as the corpus. Throws InputError when it is damaged.
 inline const CorpusTake& takeOf(const Corpus& corpus, TakeIndex take) {
-  return corpus.phone_columns != nullptr ? corpus.motion_source->take(take) : corpus.takes[take.value];
+  return corpus.phone_columns != nullptr ? corpus.take_source->take(take) : corpus.takes[take.value];
 }
 /// The take of that name, if there is one; looks at one after another.
 std::optional<TakeIndex> takeNamed(const Corpus& corpus, std::string_view name);
@@ -123,7 +123,7 @@ Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusA
 std::vector<std::string> checkCorpus(const std::filesystem::path& path);
 
 /// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples, both
-/// packed where that is smaller; they are taken from `corpus.motion_source`, one take at a time, when there is one.
+/// packed where that is smaller; they are taken from `corpus.take_source`, one take at a time, when there is one.
 /// Throws InputError when it cannot be written.
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
 

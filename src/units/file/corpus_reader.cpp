@@ -242,7 +242,7 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
     });
   }
   if (motion != CorpusMotion::kLoad)
-    corpus.motion_source = motionSourceOf(std::move(database), std::move(sizes), std::move(stored), corpus);
+    corpus.take_source = takeSourceOf(std::move(database), std::move(sizes), std::move(stored), corpus);
   return corpus;
 }
 

@@ -132,8 +132,8 @@ void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip
 void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio);
 /// Reads takes when they are asked for, and keeps the file open: `sizes` of all takes, or `stored` of a corpus with
 /// phone_columns.
-std::shared_ptr<const MotionSource> motionSourceOf(SqliteDatabase database, std::vector<TakeSizes> sizes,
-                                                   StoredColumns stored, const Corpus& corpus);
+std::shared_ptr<const TakeSource> takeSourceOf(SqliteDatabase database, std::vector<TakeSizes> sizes,
+                                               StoredColumns stored, const Corpus& corpus);
 
 // The tables `trajectory_model` and `phone_shapes`.
 

@@ -110,10 +110,8 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
   CheckedInsert audio = inserter(database, "audio");
   std::vector<std::int16_t> pcm;
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
-    const AudioClip loaded =
-        corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : AudioClip();
-    const std::vector<float>& samples =
-        corpus.motion_source != nullptr ? loaded.samples : corpus.takes[i].audio.samples;
+    const AudioClip loaded = corpus.take_source != nullptr ? corpus.take_source->loadAudio(TakeIndex(i)) : AudioClip();
+    const std::vector<float>& samples = corpus.take_source != nullptr ? loaded.samples : corpus.takes[i].audio.samples;
     pcm.resize(samples.size());
     std::transform(samples.begin(), samples.end(), pcm.begin(), [](float sample) {
       return static_cast<std::int16_t>(std::lrint(std::clamp(32768.0F * sample, -32768.0F, 32767.0F)));

@@ -124,10 +124,10 @@ class StoredTakes {
 };
 
 /// Keeps the file open.
-class FileMotionSource : public MotionSource {
+class FileTakeSource : public TakeSource {
  public:
   /// `sizes` of all takes, or `stored` of a corpus with phone_columns.
-  FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, StoredColumns stored, const Corpus& corpus)
+  FileTakeSource(SqliteDatabase database, std::vector<TakeSizes> sizes, StoredColumns stored, const Corpus& corpus)
       : database_(std::move(database)),
         sizes_(std::move(sizes)),
         marker_names_(corpus.layout.markerNames()),
@@ -258,9 +258,9 @@ void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio) {
   for (std::size_t i = 0; i < pcm.size(); ++i) audio.samples[i] = static_cast<float>(pcm[i]) / 32768.0F;
 }
 
-std::shared_ptr<const MotionSource> motionSourceOf(SqliteDatabase database, std::vector<TakeSizes> sizes,
-                                                   StoredColumns stored, const Corpus& corpus) {
-  return std::make_shared<FileMotionSource>(std::move(database), std::move(sizes), std::move(stored), corpus);
+std::shared_ptr<const TakeSource> takeSourceOf(SqliteDatabase database, std::vector<TakeSizes> sizes,
+                                               StoredColumns stored, const Corpus& corpus) {
+  return std::make_shared<FileTakeSource>(std::move(database), std::move(sizes), std::move(stored), corpus);
 }
 
 }  // namespace mouthpiece

@@ -49,7 +49,7 @@ struct UnitDatabase::PlaceShapes {
 /// The clips that were asked for last.
 class UnitDatabase::RecentMotion {
  public:
-  std::shared_ptr<const MotionClip> of(const MotionSource& source, TakeIndex take) {
+  std::shared_ptr<const MotionClip> of(const TakeSource& source, TakeIndex take) {
     {
       const std::scoped_lock lock(mutex_);
       const auto found =
@@ -145,15 +145,15 @@ double UnitDatabase::openingLeft(const PhonePlace& place) const {
 
 std::shared_ptr<const MotionClip> UnitDatabase::motionOf(TakeIndex take) const {
   // The corpus outlives whoever asks; of its own motion nothing is to be freed.
-  if (corpus_.motion_source == nullptr) return {std::shared_ptr<void>(), &corpus_.takes[take.value].motion};
-  return recent_->of(*corpus_.motion_source, take);
+  if (corpus_.take_source == nullptr) return {std::shared_ptr<void>(), &corpus_.takes[take.value].motion};
+  return recent_->of(*corpus_.take_source, take);
 }
 
 const std::vector<std::uint32_t>& UnitDatabase::unseenBefore(TakeIndex take) const {
   TakeFacts& facts = facts_[take.value];
   std::call_once(facts.has_unseen, [&] {
     std::optional<std::vector<bool>> unseen;
-    if (corpus_.motion_source != nullptr) unseen = corpus_.motion_source->loadUnseen(take);
+    if (corpus_.take_source != nullptr) unseen = corpus_.take_source->loadUnseen(take);
     if (!unseen) {
       const std::shared_ptr<const MotionClip> motion = motionOf(take);
       const PositionMatrix& positions = motion->positions_mm;
@@ -203,14 +203,14 @@ const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
 PhoneShapes UnitDatabase::loadShapes(TakeIndex take) const {
   MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
   PhoneShapes shapes;
-  if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
+  if (corpus_.take_source != nullptr) shapes = corpus_.take_source->loadShapes(take);
   if (shapes.phoneCount() > 0) return shapes;
   return phoneShapes(*corpus_.trajectory_model, takeOf(take).labels, *motionOf(take), corpus_.neutral_pose_mm, lips_);
 }
 
 PhoneShapes UnitDatabase::loadShapes(TakeIndex take, std::size_t first, std::size_t count) const {
   PhoneShapes some;
-  if (corpus_.motion_source != nullptr) some = corpus_.motion_source->loadSomeShapes(take, first, count);
+  if (corpus_.take_source != nullptr) some = corpus_.take_source->loadSomeShapes(take, first, count);
   if (some.phoneCount() > 0) return some;
   const PhoneShapes all = loadShapes(take);
   const Eigen::Index row = signedIndex(first), rows = signedIndex(count);

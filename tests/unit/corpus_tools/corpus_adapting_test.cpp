@@ -106,11 +106,11 @@ TEST(CorpusAdapting, HoldsThePersonsTakesAndTheOthersInThePersonsFace) {
   ASSERT_EQ(adapted.takes.size(), 14U);
   EXPECT_EQ(adapted.neutral_pose_mm, own.neutral_pose_mm);
   EXPECT_EQ(motionOf(adapted, TakeIndex(2)).positions_mm, own.takes[2].motion.positions_mm);
-  EXPECT_EQ(adapted.motion_source->loadAudio(TakeIndex(2)).samples, own.takes[2].audio.samples);
+  EXPECT_EQ(adapted.take_source->loadAudio(TakeIndex(2)).samples, own.takes[2].audio.samples);
   EXPECT_FALSE(isAdapted(adapted.takes[3]));
   EXPECT_TRUE(isAdapted(adapted.takes[4]));
   EXPECT_EQ(adapted.takes[13].name, "large/take9");
-  EXPECT_TRUE(adapted.motion_source->loadAudio(TakeIndex(13)).samples.empty()) << "another's voice";
+  EXPECT_TRUE(adapted.take_source->loadAudio(TakeIndex(13)).samples.empty()) << "another's voice";
   // A take that the person never said looks as the person would have said it.
   const PositionMatrix meant = asPerson(large.takes[9]).motion.positions_mm;
   const PositionMatrix mapped = motionOf(adapted, TakeIndex(13)).positions_mm;

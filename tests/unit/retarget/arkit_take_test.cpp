@@ -61,7 +61,7 @@ class ArkitTake : public testing::Test {
   /// The first seconds of a take of the sample corpus.
   static MotionClip shortMotion() {
     const Corpus corpus = readCorpus(kSample, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
-    MotionClip motion = corpus.motion_source->load(TakeIndex(0));
+    MotionClip motion = corpus.take_source->load(TakeIndex(0));
     motion.positions_mm = motion.positions_mm.topRows(std::min<Eigen::Index>(150, motion.positions_mm.rows())).eval();
     return motion;
   }

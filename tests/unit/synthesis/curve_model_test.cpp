@@ -54,7 +54,7 @@ TEST(CurveModel, RefusesPosesOfOtherMarkers) {
 }
 
 TEST(CurveModel, LearnsFromASourceAsFromMemory) {
-  class Source final : public MotionSource {
+  class Source final : public TakeSource {
    public:
     explicit Source(const std::vector<CorpusTake>& takes) : takes_(takes) {}
     [[nodiscard]] MotionClip load(TakeIndex take) const override { return takes_[take.value].motion; }
@@ -65,7 +65,7 @@ TEST(CurveModel, LearnsFromASourceAsFromMemory) {
   };
   Corpus corpus = tinyCorpus();
   const std::string from_memory = posesToJson(learnPoses(corpus));
-  corpus.motion_source = std::make_shared<Source>(corpus.takes);
+  corpus.take_source = std::make_shared<Source>(corpus.takes);
   for (CorpusTake& take : corpus.takes) take.motion.positions_mm.resize(0, take.motion.positions_mm.cols());
   EXPECT_EQ(posesToJson(learnPoses(corpus)), from_memory);
 }

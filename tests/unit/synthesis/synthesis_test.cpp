@@ -82,7 +82,7 @@ TEST(Synthesis, FillsEveryFieldForEveryFrame) {
 }
 
 TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
-  class FromMemory : public MotionSource {
+  class FromMemory : public TakeSource {
    public:
     explicit FromMemory(const Corpus& corpus) : corpus_(corpus) {}
     [[nodiscard]] MotionClip load(TakeIndex take) const override { return corpus_.takes[take.value].motion; }
@@ -93,7 +93,7 @@ TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
   };
   const Corpus corpus = tinyCorpus();
   Corpus on_demand = corpus;
-  on_demand.motion_source = std::make_shared<FromMemory>(corpus);
+  on_demand.take_source = std::make_shared<FromMemory>(corpus);
   for (CorpusTake& take : on_demand.takes) take.motion.positions_mm.resize(0, 0);
   const SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42));
   EXPECT_EQ(synthesise(request, on_demand).motion.positions_mm, synthesise(request, corpus).motion.positions_mm);
@@ -102,7 +102,7 @@ TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
 /// A take's motion is loaded for its poses alone, and joins look at the takes so that of those in memory few are loaded
 /// again: here one take fits beside another's.
 TEST(Synthesis, ALineLoadsATakeFewTimes) {
-  class Counting : public MotionSource {
+  class Counting : public TakeSource {
    public:
     explicit Counting(const Corpus& corpus) : corpus_(corpus) {}
     [[nodiscard]] MotionClip load(TakeIndex take) const override {
@@ -125,7 +125,7 @@ TEST(Synthesis, ALineLoadsATakeFewTimes) {
     take.motion.positions_mm.conservativeResizeLike(PositionMatrix::Zero(large, take.motion.positions_mm.cols()));
   Corpus on_demand = corpus;
   const auto source = std::make_shared<Counting>(corpus);
-  on_demand.motion_source = source;
+  on_demand.take_source = source;
   const UnitDatabase database(on_demand);
   std::vector<UnitFragment> fragments;
   for (std::size_t take = 0; take < 3; ++take) {

@@ -103,7 +103,7 @@ TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   EXPECT_NEAR(b.closed_opening_mm, a.closed_opening_mm, kFloat);
   EXPECT_EQ(read.lattice_weights["duration"], 0.75);
   for (std::size_t take = 0; take < read.takes.size(); ++take) {
-    const PhoneShapes kept = read.motion_source->loadShapes(TakeIndex(take));
+    const PhoneShapes kept = read.take_source->loadShapes(TakeIndex(take));
     const PhoneShapes computed = phoneShapes(a, written.takes[take].labels, written.takes[take].motion,
                                              written.neutral_pose_mm, LipGauge(written.layout));
     EXPECT_EQ(kept.captured, computed.captured);
@@ -128,8 +128,8 @@ TEST_F(CorpusFile, PackedRowsAreAThirdAndSayTheSame) {
   const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   for (std::size_t i = 0; i < written.takes.size(); ++i) {
     EXPECT_EQ(read.takes[i].motion.positions_mm, written.takes[i].motion.positions_mm);
-    EXPECT_EQ(open.motion_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm);
-    EXPECT_EQ(open.motion_source->loadAudio(TakeIndex(i)).samples.size(), 30000U);
+    EXPECT_EQ(open.take_source->load(TakeIndex(i)).positions_mm, written.takes[i].motion.positions_mm);
+    EXPECT_EQ(open.take_source->loadAudio(TakeIndex(i)).samples.size(), 30000U);
     EXPECT_EQ(read.takes[i].audio.samples.back(), 0.25F);
   }
 }
@@ -412,10 +412,10 @@ TEST_F(CorpusFile, MotionOnDemandIsTheSameMotion) {
   writeCorpus(path_, written);
   const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   fs::remove(path_);  // the file stays open
-  ASSERT_NE(read.motion_source, nullptr);
+  ASSERT_NE(read.take_source, nullptr);
   for (const std::size_t take : {5U, 0U, 3U}) {
     EXPECT_EQ(read.takes[take].motion.frameCount(), 0U);
-    const MotionClip clip = read.motion_source->load(TakeIndex(take));
+    const MotionClip clip = read.take_source->load(TakeIndex(take));
     EXPECT_EQ(clip.positions_mm, written.takes[take].motion.positions_mm);
     EXPECT_EQ(clip.marker_names, written.takes[take].motion.marker_names);
     EXPECT_EQ(clip.frame_rate_hz, written.takes[take].motion.frame_rate_hz);
@@ -432,8 +432,8 @@ TEST_F(CorpusFile, MotionOnDemandFindsDamageWhenUsed) {
   bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 4);
   writeBytes(bytes);
   const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
-  EXPECT_NO_THROW(read.motion_source->load(TakeIndex(1)));
-  EXPECT_THROW(read.motion_source->load(TakeIndex(2)), InputError);
+  EXPECT_NO_THROW(read.take_source->load(TakeIndex(1)));
+  EXPECT_THROW(read.take_source->load(TakeIndex(2)), InputError);
 }
 
 TEST_F(CorpusFile, TakesOnDemandAreTheSameTakes) {
@@ -452,13 +452,12 @@ TEST_F(CorpusFile, TakesOnDemandAreTheSameTakes) {
     EXPECT_EQ(takeOf(open, take).motion.frame_rate_hz, written.takes[i].motion.frame_rate_hz);
     expectSameLabels(takeOf(open, take).labels, written.takes[i].labels);
     EXPECT_EQ(&takeOf(open, take), &takeOf(open, take)) << "kept";
-    const PhoneShapes shapes = open.motion_source->loadShapes(take),
-                      some = open.motion_source->loadSomeShapes(take, 1, 2);
+    const PhoneShapes shapes = open.take_source->loadShapes(take), some = open.take_source->loadSomeShapes(take, 1, 2);
     EXPECT_EQ(some.captured, shapes.captured.middleRows(1, 2));
     EXPECT_EQ(some.predicted, shapes.predicted.middleRows(1, 2));
     EXPECT_EQ(some.tightest_mm, std::vector<float>(shapes.tightest_mm.begin() + 1, shapes.tightest_mm.begin() + 3));
-    EXPECT_EQ(open.motion_source->load(take).positions_mm, written.takes[i].motion.positions_mm);
-    EXPECT_EQ(open.motion_source->loadAudio(take).sample_rate_hz, written.takes[i].audio.sample_rate_hz);
+    EXPECT_EQ(open.take_source->load(take).positions_mm, written.takes[i].motion.positions_mm);
+    EXPECT_EQ(open.take_source->loadAudio(take).sample_rate_hz, written.takes[i].audio.sample_rate_hz);
   }
   EXPECT_EQ(takeNamed(open, "nobody"), std::nullopt);
   EXPECT_EQ(takeNamed(loaded, written.takes[2].name), TakeIndex(2));
@@ -620,7 +619,7 @@ TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
   ASSERT_EQ(whole.takes.size(), 3 * original.takes.size());
   for (std::size_t i = whole.takes.size(); i-- > 0;) {  // backwards: any row, in any order
     const MotionClip& first = original.takes[i % original.takes.size()].motion;
-    const MotionClip loaded = open.motion_source->load(TakeIndex(i));
+    const MotionClip loaded = open.take_source->load(TakeIndex(i));
     EXPECT_EQ(open.takes[i].motion.frameCount(), 0U);
     EXPECT_EQ(loaded.marker_names, first.marker_names);
     EXPECT_EQ(loaded.positions_mm, whole.takes[i].motion.positions_mm);
@@ -628,14 +627,14 @@ TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
     EXPECT_EQ(loaded.frame_rate_hz, whole.takes[i].motion.frame_rate_hz);
     std::vector<bool> unseen;
     for (const auto& frame : loaded.positions_mm.rowwise()) unseen.push_back(frame.hasNaN());
-    EXPECT_EQ(open.motion_source->loadUnseen(TakeIndex(i)), unseen);
-    EXPECT_TRUE(open.motion_source->loadAudio(TakeIndex(i)).samples.empty());
+    EXPECT_EQ(open.take_source->loadUnseen(TakeIndex(i)), unseen);
+    EXPECT_TRUE(open.take_source->loadAudio(TakeIndex(i)).samples.empty());
   }
-  EXPECT_THROW((void)open.motion_source->load(TakeIndex(whole.takes.size())), InputError);
+  EXPECT_THROW((void)open.take_source->load(TakeIndex(whole.takes.size())), InputError);
 }
 
 /// Counts what is loaded.
-class CountingSource : public MotionSource {
+class CountingSource : public TakeSource {
  public:
   explicit CountingSource(Corpus corpus) : corpus_(std::move(corpus)) {}
   [[nodiscard]] MotionClip load(TakeIndex take) const override {
@@ -670,7 +669,7 @@ TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
     const std::shared_ptr<CountingSource> source =
         tells ? std::make_shared<TellingSource>(corpus) : std::make_shared<CountingSource>(corpus);
     Corpus on_demand = corpus;
-    on_demand.motion_source = source;
+    on_demand.take_source = source;
     const UnitDatabase database(on_demand);
     for (std::size_t first = 0; first < corpus.takes[0].labels.phones.size(); ++first) {
       const PhonePlace place{TakeIndex(0), PhoneIndex(first)};
@@ -684,7 +683,7 @@ TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
 TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
   Corpus corpus = samples::tinyCorpus();
   const auto source = std::make_shared<CountingSource>(corpus);
-  corpus.motion_source = source;
+  corpus.take_source = source;
   UnitDatabase database(corpus);
   const PhonePlace place{TakeIndex(1), PhoneIndex(1)};
   const PositionMatrix motion = database.motionOf(place.take)->positions_mm;
@@ -704,7 +703,7 @@ TEST(UnitDatabaseTest, KeepsTheMotionThatWasAskedForLast) {
     take.motion.positions_mm =
         PositionMatrix::Zero(2'500'000 / take.motion.positions_mm.cols(), take.motion.positions_mm.cols());
   const auto source = std::make_shared<CountingSource>(corpus);
-  corpus.motion_source = source;
+  corpus.take_source = source;
   const UnitDatabase database(corpus);
   std::weak_ptr<const MotionClip> first = database.motionOf(TakeIndex(0));
   EXPECT_EQ(database.motionOf(TakeIndex(0)), first.lock()) << "the same";
