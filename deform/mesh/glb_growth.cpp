@@ -313,7 +313,10 @@ class GlbGrower {
     const json targets = primitive.value("targets", json::array());
     for (const json& accessor : primitive.at("attributes")) ++uses_here_[accessor.get<std::size_t>()];
     for (const json& target : targets) {
-      for (const json& accessor : target) ++uses_here_[accessor.get<std::size_t>()];
+      for (const auto& [name, accessor] : target.items()) {
+        ++uses_here_[accessor.get<std::size_t>()];
+        if (name == "POSITION") moves_.insert(accessor.get<std::size_t>());
+      }
     }
     if (primitive.contains("indices")) ++uses_here_[primitive["indices"].get<std::size_t>()];
   }
@@ -329,8 +332,9 @@ class GlbGrower {
     if (!primitive.contains("targets")) return;
     for (json& target : primitive["targets"]) {
       for (const auto& [name, accessor] : target.items()) {
-        const bool turns = name == "NORMAL" || name == "TANGENT";
-        accessor = lengthened(accessor.get<std::size_t>(), turns ? Fresh::kZero : Fresh::kAsParents, true);
+        const std::size_t old = accessor;
+        const bool turns = (name == "NORMAL" || name == "TANGENT") && !moves_.contains(old);
+        accessor = lengthened(old, turns ? Fresh::kZero : Fresh::kAsParents, true);
       }
     }
   }
@@ -446,6 +450,7 @@ class GlbGrower {
   std::map<std::uint32_t, std::uint32_t> doubles_;  ///< of given vertices, in the list
   std::set<std::size_t> double_numbers_;            ///< the doubles themselves
   std::map<std::size_t, int> uses_, uses_here_;     ///< of accessors: in the file, in the primitives over the list
+  std::set<std::size_t> moves_;                     ///< accessors of shapes' moves; zeros are often their turns, too
   std::map<std::size_t, std::size_t> lengthened_;   ///< accessors that are done
 };
 

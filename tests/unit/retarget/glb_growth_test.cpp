@@ -137,6 +137,21 @@ TEST_F(GlbGrowth, NewVerticesAreAsTheirParents) {
   }
 }
 
+/// A part that a shape leaves alone has one accessor of zeros for both.
+TEST_F(GlbGrowth, MovesAndTurnsOfAShapeMayBeOneAccessor) {
+  GlbFile shared(given_bytes_);
+  json& target = shared.root["meshes"][0]["primitives"][0]["targets"][0];
+  target["NORMAL"] = target["POSITION"];
+  const GlbFile file(grownGlb(shared.toBytes(), "sheet.glb", "", given_, cut_));
+  const std::size_t moves = file.root["meshes"][0]["primitives"][0]["targets"][0]["POSITION"];
+  for (const char* bound : {"min", "max"}) EXPECT_TRUE(file.root["accessors"][moves].contains(bound)) << bound;
+  const auto values = file.accessor(json(moves));
+  for (std::size_t i = 0; i < cut_.parents.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(values[3 * (given_.vertexCount() + i) + k], values[3 * cut_.parents[i] + k]) << i;
+  }
+}
+
 TEST_F(GlbGrowth, KeepsAllElse) {
   const GlbFile before(given_bytes_), after(cut_bytes_);
   for (const char* key : {"asset", "nodes", "scenes", "scene", "animations", "extras"})

@@ -194,6 +194,9 @@ TEST_F(RetargetProgram, FitsAMouthIntoAGlbThatKeepsAllItHas) {
                               "--corpus", corpus_.string(), "--out", (folder_.path() / "bare.face").string(),
                               "--mouth-parts", mouth.string(), "--even-if-faulty"});
   ASSERT_TRUE(fs::exists(mouth)) << fit.err;
+  const fs::path validated = fs::path(MOUTHPIECE_BIN_DIR) / "../tests/grown";  // by browser.grown_glb
+  fs::create_directories(validated);
+  fs::copy_file(mouth, validated / "mouth.glb", fs::copy_options::overwrite_existing);
   EXPECT_EQ(readFaceFile(folder_.path() / "bare.face").mesh_file, "mouth.glb");
   const FaceMesh made = readFaceMesh(mouth);
   const test::GlbFile file(readFile(mouth));
