@@ -10,7 +10,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr unsigned kWordEdges = 4U | 8U;
+constexpr unsigned kWordEdges = kBeginsWord | kEndsWord;
 
 double oneIf(bool holds) { return holds ? 1.0 : 0.0; }
 

@@ -14,7 +14,7 @@ template <typename Tier>
 unsigned edgesOf(const Tier& tier, std::optional<std::size_t> entry, std::size_t phone) {
   if (!entry) return 0;
   const PhoneRange& range = tier[*entry].phones;
-  return (range.first.value == phone ? 1U : 0U) | (range.last.value == phone ? 2U : 0U);
+  return (range.first.value == phone ? 1U : 0U) | (range.last.value == phone ? 2U : 0U);  // kBegins..., kEnds...
 }
 
 /// Beyond the ends of a part of a line nothing is known: as a pause.
@@ -26,7 +26,7 @@ std::uint8_t marksOf(const SpeechLabels& labels, std::size_t phone) {
   const LabelledPhone& own = labels.phones[phone];
   unsigned marks = edgesOf(labels.syllables, own.syllable, phone) | edgesOf(labels.words, own.word, phone) << 2U;
   if (own.phone != Phone::kSil)  // below zero it wraps and is beyond the end
-    marks |= (isSilent(labels, phone - 1) ? 16U : 0U) | (isSilent(labels, phone + 1) ? 32U : 0U);
+    marks |= (isSilent(labels, phone - 1) ? kBeginsPhrase : 0U) | (isSilent(labels, phone + 1) ? kEndsPhrase : 0U);
   if (own.syllable && labels.syllables[*own.syllable].stress > 0) marks |= PhoneColumns::kStressed;
   return static_cast<std::uint8_t>(marks);
 }

@@ -25,11 +25,21 @@ inline PhonePlace advance(const PhonePlace& place, std::size_t phones) {
   return {place.take, PhoneIndex(place.phone.value + phones)};
 }
 
+/// Bits of PhoneFacts::edges.
+enum PhoneEdge : unsigned {
+  kBeginsSyllable = 1,
+  kEndsSyllable = 2,
+  kBeginsWord = 4,
+  kEndsWord = 8,
+  kBeginsPhrase = 16,
+  kEndsPhrase = 32,
+};
+
 /// What labels say of one of their phones.
 struct PhoneFacts {
   std::array<Phone, 5> phones{};           ///< two before, itself, two after; silence beyond the ends
   bool is_first = false, is_last = false;  ///< of its labels
-  unsigned edges = 0;  ///< bits, from the lowest: begins, ends a syllable; begins, ends a word; begins, ends a phrase
+  unsigned edges = 0;                      ///< PhoneEdge
   bool is_stressed = false;
   Seconds duration = 0;
   float log_duration = 0;  ///< of seconds, a millisecond at least

@@ -27,7 +27,9 @@ bool isPaperUnit(const PhoneColumns& columns, const PhonePlace& place, std::size
       const std::size_t first = left, last = length - 1 - right;
       const bool is_sentence =
           place.phone.value + first == 0 && place.phone.value + last + 1 == columns.phoneCount(place.take);
-      if (is_sentence || isEntry(first, last, 4, 8) || isEntry(first, last, 1, 2)) return true;
+      if (is_sentence || isEntry(first, last, kBeginsWord, kEndsWord) ||
+          isEntry(first, last, kBeginsSyllable, kEndsSyllable))
+        return true;
     }
   }
   return false;
