@@ -26,6 +26,16 @@ constexpr Seconds kHeardAgainWithin = 0.34;
 constexpr std::size_t kMostOpen = 70;
 /// Frames of a phrase, and until it is heard.
 constexpr std::size_t kPast = 400;
+/// Frames of a pause; of a stop that follows one, at most; of sounds that noise is heard as, without others.
+constexpr std::size_t kPause = 15, kLongestStop = 12, kLongestNoise = 30;
+
+/// Stops, and what hisses without the teeth.
+bool isLikeNoise(Phone phone) {
+  const Articulation manner = rowOf(phone).manner;
+  const bool hisses =
+      manner == Articulation::kAspirate || (manner == Articulation::kFricative && !rowOf(firstViseme(phone)).sibilant);
+  return isStop(phone) || hisses;
+}
 
 /// Levels of the last half minute, and whether the last frames are over their background. As in findSpeech(), but for
 /// what is not there yet.
@@ -49,35 +59,35 @@ class LoudFrames {
     }
     const double floor = quantile(0.05), top = quantile(0.95);
     const bool is_steady = top - floor < kRiseDb;
-    const double threshold = floor + std::max(kRiseDb, kShareOfRise * (top - floor));
     // What stays the same for a second is no speech; before that nobody knows.
-    const bool is_loud = is_steady ? bins_.size() < kJudged && db > kQuietDb : db > threshold;
-    loud_.push_back(is_loud);
-    quiet_ += is_loud ? 0U : 1U;
-    if (loud_.size() > kRemembered) loud_.pop_front();
+    if (is_steady)
+      threshold_ = bins_.size() < kJudged ? kQuietDb : kMostDb;
+    else
+      threshold_ = floor + std::max(kRiseDb, kShareOfRise * (top - floor));
+    quiet_ += isLoud() ? 0U : 1U;
     ++frames_;
   }
 
-  /// Whether speech is around frame `frame`, one of the last 1.5 s.
+  /// Whether speech is around frame `frame`, one of the last 30 s, by all that is known by now.
   [[nodiscard]] bool isSpeech(std::size_t frame) const {
-    const std::size_t begin = frames_ - loud_.size();
+    const std::size_t begin = frames_ - bins_.size();
     const std::size_t first = std::max(begin, frame - std::min(frame, kHangover)),
                       end = std::min(frames_, frame + kOnset);
     for (std::size_t i = first; i < end; ++i) {
-      if (loud_[i - begin]) return true;
+      if (dbOf(bins_[i - begin]) > threshold_) return true;
     }
     return false;
   }
-  [[nodiscard]] bool isLoud() const { return !loud_.empty() && loud_.back(); }
+  [[nodiscard]] bool isLoud() const { return !bins_.empty() && dbOf(bins_.back()) > threshold_; }
   /// Whether loud and quiet frames lie so far apart that there is little noise, or none was heard alone.
   [[nodiscard]] bool isClean() const { return quiet_ < kBackground || quantile(0.95) - quantile(0.05) >= kCleanDb; }
 
  private:
   static constexpr double kDifference = 0.97, kLeastDb = -10, kMostDb = 110, kBinDb = 0.5, kQuietDb = 10;
   static constexpr double kRiseDb = 5, kShareOfRise = 0.30, kCleanDb = 38;
-  static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kRemembered = 300,
-                               kBackground = 20;
+  static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kBackground = 20;
 
+  static double dbOf(std::uint16_t bin) { return kLeastDb + kBinDb * asReal(bin); }
   [[nodiscard]] double quantile(double share) const {
     const double wanted = share * asReal(bins_.size());
     double sum = 0;
@@ -91,7 +101,7 @@ class LoudFrames {
   double before_ = 0;
   std::array<std::uint32_t, 241> counts_{};
   std::deque<std::uint16_t> bins_;
-  std::deque<bool> loud_;
+  double threshold_ = kQuietDb;
   std::size_t frames_ = 0, quiet_ = 0;
 };
 
@@ -113,6 +123,7 @@ struct LiveEar::State {
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
   [[nodiscard]] bool isNoSpeech(const HeardPhrase& phrase) const;
   void putWords(Eigen::MatrixXf& posteriors) const;
+  [[nodiscard]] std::vector<HeardPhone> withoutNoise(const std::vector<HeardPhone>& path) const;
   std::vector<PhoneSegment> settle();
 
   PhoneEar ear;
@@ -126,6 +137,7 @@ struct LiveEar::State {
   std::deque<Eigen::VectorXf> past;  ///< where there are words, of those settled last
   std::size_t settled = 0;           ///< frames that are
   bool has_begun = false;
+  std::size_t silent = kPause;  ///< frames of silence that were settled last; before the sound begins there is a pause
   std::vector<PhoneSegment> guess;
 };
 
@@ -147,12 +159,12 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
       hears_again && frames > settles && ear.hearAgain(std::min(open.size(), settles), loud.isClean());
   const std::size_t again = std::min(open.size(), is_heard_again ? settles : kSettles);
   const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
-  for (std::size_t i = 0; i < again; ++i) {
-    Eigen::VectorXf& column = open[open.size() - again + i];
-    column = posteriors.col(signedIndex(i));
-    if (loud.isSpeech(frames - again + i)) continue;
-    column.setZero();
-    column(static_cast<Eigen::Index>(Phone::kSil)) = 1;
+  for (std::size_t i = 0; i < again; ++i) open[open.size() - again + i] = posteriors.col(signedIndex(i));
+  // What seemed loud may be background by now.
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (loud.isSpeech(settled + i)) continue;
+    open[i].setZero();
+    open[i](static_cast<Eigen::Index>(Phone::kSil)) = 1;
   }
   if (!words) return;
   if (auto found = words->hear(samples, loud.isSpeech(frames), waits))
@@ -198,6 +210,41 @@ PhoneSegment LiveEar::State::segmentOf(Phone phone, std::size_t first, std::size
       .span = {from == 0 ? 0.0 : asReal(from) * kEarStep + kEarShift, asReal(settled + end) * kEarStep + kEarShift}};
 }
 
+/// After a pause the closing before a stop's burst is silence but for its last part. What has none but sounds that
+/// noise is heard as, up to the next silence or for longer than anybody goes on so, is noise.
+std::vector<HeardPhone> LiveEar::State::withoutNoise(const std::vector<HeardPhone>& path) const {
+  std::vector<HeardPhone> made;
+  std::size_t silence = silent;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    HeardPhone phone = path[i];
+    if (phone.phone == Phone::kSil) {
+      silence += phone.end - phone.first;
+      made.push_back(phone);
+      continue;
+    }
+    if (silence >= kPause) {
+      std::size_t end = i;
+      while (end < path.size() && isLikeNoise(path[end].phone)) ++end;
+      const bool is_noise = end > i && (end < path.size() ? path[end].phone == Phone::kSil
+                                                          : path[end - 1].end - phone.first > kLongestNoise);
+      if (is_noise) {
+        made.push_back({Phone::kSil, phone.first, path[end - 1].end, phone.confidence});
+        silence += path[end - 1].end - phone.first;
+        i = end - 1;
+        continue;
+      }
+      const std::size_t length = phone.end - phone.first;
+      if (isStop(phone.phone) && length > kLongestStop) {
+        made.push_back({Phone::kSil, phone.first, phone.end - kLongestStop, phone.confidence});
+        phone.first = phone.end - kLongestStop;
+      }
+    }
+    silence = 0;
+    made.push_back(phone);
+  }
+  return made;
+}
+
 std::vector<PhoneSegment> LiveEar::State::settle() {
   std::vector<PhoneSegment> made;
   guess.clear();
@@ -205,7 +252,7 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
   for (std::size_t i = 0; i < open.size(); ++i) posteriors.col(signedIndex(i)) = open[i];
   putWords(posteriors);
-  std::vector<HeardPhone> path = likeliestPhones(posteriors, likeness, kFurtherPhone);
+  std::vector<HeardPhone> path = withoutNoise(likeliestPhones(posteriors, likeness, kFurtherPhone));
   if (path.empty()) return made;
   std::size_t done = 0, next = 0;
   const std::size_t sure = open.size() - std::min(open.size(), settles);
@@ -219,6 +266,10 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   if (is_long) {
     made.push_back(segmentOf(path[next].phone, done, sure));
     done = path[next].first = sure;
+  }
+  for (const PhoneSegment& phone : made) {
+    const auto frames = static_cast<std::size_t>(std::lround(phone.span.duration() / kEarStep));
+    silent = phone.phone == Phone::kSil ? silent + frames : 0;
   }
   for (; next < path.size(); ++next) guess.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
   if (words) past.insert(past.end(), open.begin(), open.begin() + signedIndex(done));

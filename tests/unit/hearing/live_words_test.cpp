@@ -165,6 +165,10 @@ TEST_F(BrokenLiveWords, AreNotHeardInAGust) {
   EXPECT_EQ(heard.missed, 0U);
 }
 
+TEST(LiveEar, HearsNobodyInAGust) {
+  for (const PhoneSegment& phone : heardOn(gust()).phones) EXPECT_EQ(phone.phone, Phone::kSil) << phone.span.start;
+}
+
 /// Sound that waited comes at once: a second of it is gone before a hearing can be there.
 TEST_F(BrokenLiveWords, AreNotTooLateWhileSoundCatchesUp) {
   constexpr std::size_t kSecondAndMore = 60;
