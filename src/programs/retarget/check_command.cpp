@@ -170,7 +170,7 @@ void addOptions(CLI::App& command, CheckArguments& options) {
   command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
   command.add_option("--corpus", options.corpus,
                      "Judge by this corpus' poses (default: the sample corpus'), and play all of its closures");
-  command.add_option("--show", options.show, "Write a page that shows the first fault, or the markers (.html)");
+  command.add_option("--show", options.show, "Write a page that shows the faults, or the markers (.html)");
   addJsonFlag(command, options.json);
 }
 

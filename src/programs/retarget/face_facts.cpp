@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -76,45 +78,68 @@ PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path
   return {glbPictures(mesh_bytes, mesh.string())};
 }
 
+namespace {
+
+/// Parts of their own for the triangles of the first of `faults`, red, and of the others, orange, over `shown`'s parts.
+void colourFaults(std::span<const FaceFault> faults, FaceMesh& shown) {
+  constexpr std::array kNames{"fault", "other faults"};
+  constexpr std::array<std::array<float, 4>, 2> kColours{{{0.8F, 0.02F, 0.02F, 1}, {0.9F, 0.4F, 0.02F, 1}}};
+  std::vector<std::size_t> shade(shown.triangles.size(), kNames.size());
+  for (std::size_t i = faults.size(); i-- > 0;) {
+    for (const std::uint32_t t : faults[i].triangles) shade[t] = i == 0 ? 0 : 1;
+  }
+  std::vector<Triangle> triangles;
+  std::vector<MeshPart> parts;
+  const auto take = [&](MeshPart part, std::size_t from, std::size_t to, std::size_t shaded) {
+    part.first_triangle = triangles.size();
+    for (std::size_t t = from; t < to; ++t) {
+      if (shade[t] == shaded) triangles.push_back(shown.triangles[t]);
+    }
+    part.triangle_count = triangles.size() - part.first_triangle;
+    parts.push_back(std::move(part));
+  };
+  for (const MeshPart& part : shown.parts)
+    take(part, part.first_triangle, part.first_triangle + part.triangle_count, kNames.size());
+  for (std::size_t k = 0; k < kNames.size(); ++k) {
+    MeshPart marked;
+    marked.name = kNames[k];
+    marked.base_color = kColours[k];
+    take(std::move(marked), 0, shown.triangles.size(), k);
+    if (parts.back().triangle_count == 0) parts.pop_back();
+  }
+  shown.triangles = std::move(triangles);
+  shown.parts = std::move(parts);
+}
+
+}  // namespace
+
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
                    const FaceReport& report, const Anchors& given, const PageDressing& dressing) {
   FaceMesh shown = rig.mesh();
-  const auto shows = [](const FaceFault& fault) { return !fault.triangles.empty(); };
-  const auto& faults = report.judgement.faults;
-  const auto fault = std::find_if(faults.begin(), faults.end(), shows);
-  if (fault == faults.end()) {
+  std::vector<FaceFault> faults;
+  for (const FaceFault& fault : report.judgement.faults) {
+    if (!fault.triangles.empty()) faults.push_back(fault);
+  }
+  if (faults.empty()) {
     const Anchors placed = placedOn(face, shown, given);
     writeFileAtomically(path, facePage(shown, face.name, placed, {}, dressing));
     return;
   }
-  if (fault->pose) {
+  if (const auto pose = faults[0].pose) {
     const FaceMotion motion = rig.retarget(report.poses.motion, &report.actor, report.poses.lips);
-    rig.deform(motion.pose(FrameIndex{*fault->pose}), report.poses.tongue[*fault->pose], shown.vertices);
+    rig.deform(motion.pose(FrameIndex{*pose}), report.poses.tongue[*pose], shown.vertices);
   }
-  std::vector<bool> is_red(shown.triangles.size(), false);
-  for (const std::uint32_t t : fault->triangles) is_red[t] = true;
-  std::vector<Triangle> red, others;
-  std::vector<MeshPart> parts;
-  for (MeshPart part : shown.parts) {
-    const std::size_t first = others.size();
-    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
-      (is_red[t] ? red : others).push_back(shown.triangles[t]);
-    part.first_triangle = first;
-    part.triangle_count = others.size() - first;
-    parts.push_back(part);
+  // Those of the mouth lie in the same triangles and share a marker.
+  std::map<std::uint32_t, std::string> told;
+  for (const FaceFault& fault : faults) {
+    std::string& text = told[shown.triangles[fault.triangles[0]][0]];
+    text += (text.empty() ? "" : "; ") + fault.what;
   }
-  MeshPart marked;
-  marked.name = "fault";
-  marked.first_triangle = others.size();
-  marked.triangle_count = red.size();
-  marked.base_color = {0.8F, 0.02F, 0.02F, 1};
-  parts.push_back(marked);
   Anchors at;
-  at.markers[fault->what] = pointAt(shown.vertices, red[0][0]);
-  others.insert(others.end(), red.begin(), red.end());
-  shown.triangles = std::move(others);
-  shown.parts = std::move(parts);
-  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, at, {}, dressing));
+  for (const auto& [vertex, text] : told) at.markers[text] = pointAt(shown.vertices, vertex);
+  colourFaults(faults, shown);
+  const std::string more = faults.size() > 1 ? fmt::format(" and {} more", faults.size() - 1) : "";
+  writeFileAtomically(path, facePage(shown, face.name + ": " + faults[0].what + more, at, {}, dressing));
 }
 
 namespace {
