@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <span>
 
 #include "base/errors.h"
@@ -85,7 +86,13 @@ void colourFaults(std::span<const FaceFault> faults, FaceMesh& shown) {
   constexpr std::array kNames{"fault", "other faults"};
   constexpr std::array<std::array<float, 4>, 2> kColours{{{0.8F, 0.02F, 0.02F, 1}, {0.9F, 0.4F, 0.02F, 1}}};
   std::vector<std::size_t> shade(shown.triangles.size(), kNames.size());
-  for (std::size_t i = faults.size(); i-- > 0;) {
+  // Small places lie over large ones, such as the whole mouth.
+  std::vector<std::size_t> order(faults.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return faults[a].triangles.size() > faults[b].triangles.size();
+  });
+  for (const std::size_t i : order) {
     for (const std::uint32_t t : faults[i].triangles) shade[t] = i == 0 ? 0 : 1;
   }
   std::vector<Triangle> triangles;
