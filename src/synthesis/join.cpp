@@ -398,8 +398,8 @@ PositionMatrix JoinedUnits::rows(std::span<const Seconds> times, std::size_t fir
   // An hour's offsets would take 50 MB.
   std::vector<JoinOffset> offsets;
   if (leads_offsets_away_)
-    offsets = findJoinOffsets(labels_, fragments_, joins_,
-                              joinsWithin(joins_, times, signedIndex(first), signedIndex(end)));
+    offsets =
+        findJoinOffsets(labels_, fragments_, joins_, joinsWithin(joins_, times, signedIndex(first), signedIndex(end)));
   return blendFragments(fragments_, joins_, offsets, times, blend_, layout_, signedIndex(first), signedIndex(end));
 }
 

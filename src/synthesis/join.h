@@ -1,7 +1,7 @@
 #pragma once
 
-#include <optional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 

@@ -43,7 +43,7 @@ class LiveWords {
   /// waited for, a second at most, asked again and again; empty: it is. Else it comes when it is there. Returns what a
   /// hearing found, if one is due, in place of all found before.
   std::optional<HeardPhrase> hear(std::span<const std::int16_t> samples, bool is_speech,
-                                                const std::function<bool()>& waits = {});
+                                  const std::function<bool()>& waits = {});
   /// How many hearings failed, or came too late, by the sound and by the clock. After a few none is tried for a minute.
   [[nodiscard]] std::size_t missed() const;
 

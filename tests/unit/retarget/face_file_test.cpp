@@ -36,9 +36,7 @@ class FaceFileTest : public ::testing::Test {
     static const FaceFile made = test::fittedDefaultFace(mesh);
     return made;
   }
-  static json tree() {
-    return test::cborTree(faceFileToBytes(face()));
-  }
+  static json tree() { return test::cborTree(faceFileToBytes(face())); }
   /// What the reader says of a changed file.
   static std::string messageOf(const json& changed) {
     std::string bytes;

@@ -34,7 +34,8 @@ TEST(Version2, Opens) {
   const FaceMesh mesh = readMeshOf(stored(), kData / "version2.face");
   EXPECT_EQ(mesh.vertexCount(), stored().binding.patch.size());
   EXPECT_NO_THROW(checkBinding(stored().binding, mesh, stored().control, "version2.face"));
-  EXPECT_EQ(faultsOf(checkFace(stored(), mesh)).size(), 2U) << "an egg is no head: what the program that wrote it finds";
+  EXPECT_EQ(faultsOf(checkFace(stored(), mesh)).size(), 2U)
+      << "an egg is no head: what the program that wrote it finds";
 }
 
 TEST(Version2, IsWrittenAgainAsItWasButForWhereItsBlobsLie) {
