@@ -4,6 +4,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <future>
 #include <set>
 
 #include "base/errors.h"
@@ -351,9 +352,14 @@ void Speaker::Data::giveBackTakes() const {
 Speaker::Speaker(const SpeakerOptions& options) {
   expectUsable(options);
   double load_ms = 0;
-  SharedCorpus corpus = timed(load_ms, [&] { return SharedCorpus(options.corpus); });
   std::optional<SharedFace> face;
-  if (options.with_face) face = timed(load_ms, [&] { return SharedFace(options.face); });
+  const SharedCorpus corpus = timed(load_ms, [&] {
+    std::future<SharedFace> beside;
+    if (options.with_face) beside = std::async(std::launch::async, [&] { return SharedFace(options.face); });
+    SharedCorpus read(options.corpus);
+    if (beside.valid()) face = beside.get();
+    return read;
+  });
   *this = Speaker(corpus, std::move(face), options);
   data_->owns_corpus = true;
   data_->load_ms += load_ms;
