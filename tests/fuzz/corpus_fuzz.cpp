@@ -219,9 +219,9 @@ void writeTables(const std::filesystem::path& path, const std::vector<Table>& ta
 
 /// What was accepted must hold its promises and be usable.
 void use(const Corpus& corpus) {
-  for (const CorpusTake& take : corpus.takes) {
-    MOUTHPIECE_EXPECT(take.motion.positions_mm.cols() == static_cast<Eigen::Index>(3 * corpus.layout.markers.size()));
-  }
+  const std::size_t markers = corpus.take_source == nullptr ? corpus.layout.markers.size() : 0;  // else read on demand
+  for (const CorpusTake& take : corpus.takes)
+    MOUTHPIECE_EXPECT(take.motion.positions_mm.cols() == static_cast<Eigen::Index>(3 * markers));
   if (takeCount(corpus) == 0) return;
   for (std::size_t take = 0; take < takeCount(corpus); ++take) expectConsistent(takeOf(corpus, TakeIndex(take)).labels);
   try {
