@@ -4,16 +4,15 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <random>
 #include <thread>
 
 #include "base/child_process.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/recognition/live_ear.h"
+#include "support/gust.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -68,20 +67,6 @@ bool isTheSame(const HeardOn& a, const HeardOn& b) {
 const SpokenLine& line() {
   static const SpokenLine said = makeVoice("flite:slt")->speak("there is nothing good on television");
   return said;
-}
-
-/// Wind that rises for half a second.
-AudioClip gust() {
-  AudioClip sound{16000, std::vector<float>(40000)};
-  std::mt19937 random(7);
-  std::normal_distribution<float> normal(0, 0.002F);
-  float wind = 0;
-  for (std::size_t i = 0; i < sound.samples.size(); ++i) {
-    const double beside = (static_cast<double>(i) - 20000) / 4000;
-    wind = 0.995F * wind + normal(random);
-    sound.samples[i] = static_cast<float>(1 + 4 * std::exp(-beside * beside)) * wind;
-  }
-  return sound;
 }
 
 const HeardOn& phonesAlone() {
@@ -160,13 +145,13 @@ constexpr const char* kHearsYou =
 
 /// What a network makes of wind that rises for half a second moves no lips.
 TEST_F(BrokenLiveWords, AreNotHeardInAGust) {
-  const HeardOn heard = heardOn(gust(), networkOf(kHearsYou));
-  EXPECT_TRUE(isTheSame(heard, heardOn(gust())));
+  const HeardOn heard = heardOn(test::gust(), networkOf(kHearsYou));
+  EXPECT_TRUE(isTheSame(heard, heardOn(test::gust())));
   EXPECT_EQ(heard.missed, 0U);
 }
 
 TEST(LiveEar, HearsNobodyInAGust) {
-  for (const PhoneSegment& phone : heardOn(gust()).phones) EXPECT_EQ(phone.phone, Phone::kSil) << phone.span.start;
+  for (const PhoneSegment& phone : heardOn(test::gust()).phones) EXPECT_EQ(phone.phone, Phone::kSil) << phone.span.start;
 }
 
 /// Sound that waited comes at once: a second of it is gone before a hearing can be there.

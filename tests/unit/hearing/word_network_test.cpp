@@ -15,6 +15,7 @@
 #include "hearing/recognition/network_doubt.h"
 #include "hearing/recognition/recogniser.h"
 #include "support/error_of.h"
+#include "support/gust.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -246,19 +247,10 @@ TEST_F(BrokenNetwork, TellsNoHalfOfACharacter) {
 
 /// What a network makes of wind that rises for half a second is said by nobody.
 TEST_F(BrokenNetwork, HearsNobodyInAGust) {
-  AudioClip sound{16000, std::vector<float>(40000)};
-  std::mt19937 random(7);
-  std::normal_distribution<float> normal(0, 0.002F);
-  float wind = 0;
-  for (std::size_t i = 0; i < sound.samples.size(); ++i) {
-    const double beside = (static_cast<double>(i) - 20000) / 4000;
-    wind = 0.995F * wind + normal(random);
-    sound.samples[i] = static_cast<float>(1 + 4 * std::exp(-beside * beside)) * wind;
-  }
   const fs::path network = networkOf(answering("[{\"text\":\"you\",\"log_probability\":-0.2}]").c_str());
   const auto recogniser =
       makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = std::make_shared<WordNetwork>(network)});
-  EXPECT_EQ(errorOf([&] { recogniser->hear(sound, "wind.wav"); }),
+  EXPECT_EQ(errorOf([&] { recogniser->hear(test::gust(), "wind.wav"); }),
             "wind.wav: holds no speech that can be heard; expected speech");
 }
 
