@@ -151,7 +151,8 @@ TEST_F(BrokenLiveWords, AreNotHeardInAGust) {
 }
 
 TEST(LiveEar, HearsNobodyInAGust) {
-  for (const PhoneSegment& phone : heardOn(test::gust()).phones) EXPECT_EQ(phone.phone, Phone::kSil) << phone.span.start;
+  for (const PhoneSegment& phone : heardOn(test::gust()).phones)
+    EXPECT_EQ(phone.phone, Phone::kSil) << phone.span.start;
 }
 
 /// Sound that waited comes at once: a second of it is gone before a hearing can be there.
