@@ -13,9 +13,6 @@
 namespace mouthpiece {
 namespace {
 
-/// Of more the shapes of whole takes would be most of what a line needs in memory.
-constexpr std::size_t kLargeCorpus = 200'000;  // phones
-
 std::shared_ptr<const PhoneColumns> columnsOf(const Corpus& corpus) {
   if (corpus.phone_columns != nullptr) return corpus.phone_columns;
   return std::make_shared<const PhoneColumns>(phoneColumnsOf(corpus));
@@ -78,8 +75,12 @@ class UnitDatabase::RecentMotion {
   Eigen::Index numbers_ = 0;
 };
 
-UnitDatabase::UnitDatabase(const Corpus& corpus)
-    : corpus_(corpus), index_(columnsOf(corpus)), lips_(corpus.layout), pair_begin_(kPhoneCount * kPhoneCount + 1) {
+UnitDatabase::UnitDatabase(const Corpus& corpus, std::size_t most_phones_by_take)
+    : corpus_(corpus),
+      index_(columnsOf(corpus)),
+      has_shapes_by_take_(columns().phoneCount() <= most_phones_by_take),
+      lips_(corpus.layout),
+      pair_begin_(kPhoneCount * kPhoneCount + 1) {
   makeRoomForTakes();
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const std::string& region = corpus.layout.markers[marker].region;
@@ -108,10 +109,9 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
 UnitDatabase::~UnitDatabase() = default;
 
 void UnitDatabase::makeRoomForTakes() {
-  const bool is_large = columns().phoneCount() > kLargeCorpus;
   facts_ = std::make_unique<TakeFacts[]>(takeCount(corpus_));
-  shapes_ = is_large ? nullptr : std::make_unique<TakeShapes[]>(takeCount(corpus_));
-  place_shapes_ = is_large ? std::make_unique<PlaceShapes>() : nullptr;
+  shapes_ = has_shapes_by_take_ ? std::make_unique<TakeShapes[]>(takeCount(corpus_)) : nullptr;
+  place_shapes_ = has_shapes_by_take_ ? nullptr : std::make_unique<PlaceShapes>();
   recent_ = std::make_unique<RecentMotion>();
 }
 

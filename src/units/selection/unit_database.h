@@ -24,7 +24,11 @@ struct PhoneLips {
 /// A corpus made ready for finding units. Refers to the corpus, which must outlive it. Safe to share between threads.
 class UnitDatabase {
  public:
-  explicit UnitDatabase(const Corpus& corpus);
+  /// Of a corpus of more phones those of whole takes would be most of what a line needs in memory.
+  static constexpr std::size_t kMostPhonesByTake = 200'000;
+
+  /// Shapes are loaded by the take, and by the phone in a corpus of more than `most_phones_by_take`: the same shapes.
+  explicit UnitDatabase(const Corpus& corpus, std::size_t most_phones_by_take = kMostPhonesByTake);
   ~UnitDatabase();
   UnitDatabase(const UnitDatabase&) = delete;
   UnitDatabase& operator=(const UnitDatabase&) = delete;
@@ -91,14 +95,15 @@ class UnitDatabase {
 
   const Corpus& corpus_;
   PhoneSpanIndex index_;
+  bool has_shapes_by_take_;
   LipGauge lips_;
   double neutral_opening_mm_ = 0;
   std::vector<Eigen::Index> lip_columns_;
   std::vector<PhoneColumns::Position> pair_begin_;  ///< kPhoneCount x kPhoneCount: where their places begin, and end
   std::vector<PhoneColumns::Position> pair_places_;
   std::unique_ptr<TakeFacts[]> facts_;         ///< one a take
-  std::unique_ptr<TakeShapes[]> shapes_;       ///< the same; null in a large corpus, which has
-  std::unique_ptr<PlaceShapes> place_shapes_;  ///< those of single phones
+  std::unique_ptr<TakeShapes[]> shapes_;       ///< the same; null where shapes are kept by phone:
+  std::unique_ptr<PlaceShapes> place_shapes_;  ///< null where they are kept by take
   std::unique_ptr<RecentMotion> recent_;
 };
 

@@ -477,6 +477,34 @@ TEST_F(CorpusFile, TakesOnDemandAreTheSameTakes) {
   }
 }
 
+TEST_F(CorpusFile, ShapesLoadedByThePhoneAreThoseOfTheTake) {
+  Corpus written = samples::tinyCorpus();
+  written.trajectory_model = samples::tinyModel(written);
+  writeCorpus(path_, written);
+  const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kTakesOnDemand);
+  const UnitDatabase by_take(open), by_phone(open, 0), in_memory(written, 0);
+  std::size_t compared = 0;
+  for (std::size_t take = 0; take < written.takes.size(); ++take) {
+    // Backwards, so that a phone is asked for before, after and together with the one behind it.
+    for (std::size_t phone = written.takes[take].labels.phones.size(); phone-- > 0;) {
+      for (const std::size_t asked : {phone, phone / 2}) {
+        const PhonePlace place{TakeIndex(take), PhoneIndex(asked)};
+        const PhoneShape wanted = by_take.shapeOf(place);
+        for (const UnitDatabase* other : {&by_phone, &in_memory}) {
+          constexpr float kRoundedMm = 0.005F;  // to steps of the range of what is loaded together
+          const PhoneShape shape = other->shapeOf(place);
+          ASSERT_EQ(shape.size, wanted.size);
+          EXPECT_LT((shape.captured() - wanted.captured()).cwiseAbs().maxCoeff(), kRoundedMm) << take << " " << asked;
+          EXPECT_LT((shape.predicted() - wanted.predicted()).cwiseAbs().maxCoeff(), kRoundedMm) << take << " " << asked;
+          EXPECT_NEAR(other->tightestMm(place), by_take.tightestMm(place), kRoundedMm);
+          ++compared;
+        }
+      }
+    }
+  }
+  EXPECT_GT(compared, 40U);
+}
+
 /// A file whose places of phones lie in another order than it says: what is found says what was asked for all the same.
 TEST_F(CorpusFile, DisorderedSuffixesLeadNowhereElse) {
   const Corpus corpus = samples::tinyCorpus();
