@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <thread>
 
 #include "support/random_corpus.h"
@@ -44,7 +46,7 @@ TEST(UnitDatabase, OfManyPlacesOfAPairSomeEvenlySpread) {
   EXPECT_EQ(database.diphones(Phone::kT, Phone::kEH, 4), (std::vector<PhonePlace>{all[0], all[3], all[6]}));
 }
 
-TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
+TEST(UnitDatabase, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
   const std::uint64_t first_seed = samples::firstSeed();
   std::size_t unseen = 0, seen = 0;
   for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
@@ -71,7 +73,7 @@ TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
   EXPECT_GT(seen, 100U);
 }
 
-TEST(UnitDatabaseProperty, FindsEveryDiphoneOnce) {
+TEST(UnitDatabase, FindsEveryDiphoneOnce) {
   Chance chance(samples::firstSeed());
   for (int round = 0; round < 20; ++round) {
     const Corpus corpus = samples::randomCorpus(chance);
@@ -93,7 +95,7 @@ TEST(UnitDatabaseProperty, FindsEveryDiphoneOnce) {
   }
 }
 
-TEST(UnitDatabaseTest, LipsAreThoseOfTheTakeAtEightPoints) {
+TEST(UnitDatabase, LipsAreThoseOfTheTakeAtEightPoints) {
   const Corpus corpus = tinyCorpus();
   const UnitDatabase database(corpus);
   ASSERT_EQ(database.lipColumns().size(), 9U) << "both lips and the chin";
@@ -117,7 +119,7 @@ TEST(UnitDatabaseTest, LipsAreThoseOfTheTakeAtEightPoints) {
 }
 
 /// Lips that part by 60 mm/s: over a phone of any length the change per phone is 60 mm/s times its length.
-TEST(UnitDatabaseTest, StepsAreTheChangeOverAWholePhone) {
+TEST(UnitDatabase, StepsAreTheChangeOverAWholePhone) {
   Corpus corpus = tinyCorpus({"T-AE-T"});
   MotionClip& motion = corpus.takes[0].motion;
   for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame)
@@ -131,7 +133,7 @@ TEST(UnitDatabaseTest, StepsAreTheChangeOverAWholePhone) {
   }
 }
 
-TEST(UnitDatabaseTest, OpeningLeftIsTheLeastOfThePhoneAndItsSurroundings) {
+TEST(UnitDatabase, OpeningLeftIsTheLeastOfThePhoneAndItsSurroundings) {
   Corpus corpus = tinyCorpus({"AE-M-AE"});
   MotionClip& motion = corpus.takes[0].motion;
   motion.positions_mm.leftCols(6).setZero();
@@ -147,7 +149,7 @@ TEST(UnitDatabaseTest, OpeningLeftIsTheLeastOfThePhoneAndItsSurroundings) {
   EXPECT_NEAR(again.openingLeft({TakeIndex(0), PhoneIndex(2)}), 0, 1e-9);
 }
 
-TEST(UnitDatabaseTest, ALayoutWithoutLipsHasNoOpening) {
+TEST(UnitDatabase, ALayoutWithoutLipsHasNoOpening) {
   Corpus corpus = tinyCorpus({"AE-M-AE"});
   for (LayoutMarker& marker : corpus.layout.markers) {
     if (marker.name == "LIP_LO_MID") marker.name = "LIP_OTHER";
@@ -159,7 +161,7 @@ TEST(UnitDatabaseTest, ALayoutWithoutLipsHasNoOpening) {
 }
 
 /// One database serves many threads: each line is selected as it is alone.
-TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
+TEST(UnitDatabase, ThreadsSelectAsOneAfterTheOtherDo) {
   Corpus corpus = tinyCorpus();
   corpus.trajectory_model = samples::tinyModel(corpus);
   const std::vector<const char*> lines = {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "N-UW-N | DH-AH M-AE-P",
@@ -185,6 +187,89 @@ TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
 }
 
 /// Between two frames it is their mean by time, and beyond the ends of a clip what these show.
+/// Counts what is loaded.
+class CountingSource : public TakeSource {
+ public:
+  explicit CountingSource(Corpus corpus) : corpus_(std::move(corpus)) {}
+  [[nodiscard]] MotionClip load(TakeIndex take) const override {
+    ++loads;
+    return corpus_.takes[take.value].motion;
+  }
+  [[nodiscard]] AudioClip loadAudio(TakeIndex /*take*/) const override { return {}; }
+  mutable int loads = 0;
+
+ private:
+  Corpus corpus_;
+};
+
+/// Tells what was seen without being loaded.
+class TellingSource final : public CountingSource {
+ public:
+  using CountingSource::CountingSource;
+  [[nodiscard]] std::optional<std::vector<bool>> loadUnseen(TakeIndex take) const override {
+    std::vector<bool> unseen;
+    const MotionClip clip = load(take);
+    --loads;
+    for (const auto& frame : clip.positions_mm.rowwise()) unseen.push_back(frame.hasNaN());
+    return unseen;
+  }
+};
+
+TEST(UnitDatabase, AsksTheSourceWhatWasSeenBeforeItLoads) {
+  Corpus corpus = samples::tinyCorpus();
+  corpus.takes[0].motion.positions_mm.block(20, 3, 2, 3).setConstant(std::nan(""));
+  const UnitDatabase in_memory(corpus);
+  for (const bool tells : {true, false}) {
+    const std::shared_ptr<CountingSource> source =
+        tells ? std::make_shared<TellingSource>(corpus) : std::make_shared<CountingSource>(corpus);
+    Corpus on_demand = corpus;
+    on_demand.take_source = source;
+    const UnitDatabase database(on_demand);
+    for (std::size_t first = 0; first < corpus.takes[0].labels.phones.size(); ++first) {
+      const PhonePlace place{TakeIndex(0), PhoneIndex(first)};
+      EXPECT_EQ(database.isSeen(place, 1), in_memory.isSeen(place, 1)) << first;
+    }
+    EXPECT_EQ(database.frameCount(TakeIndex(0)), corpus.takes[0].motion.frameCount());
+    EXPECT_EQ(source->loads, tells ? 0 : 1);
+  }
+}
+
+TEST(UnitDatabase, ForgetsTakesAndLoadsThemAgain) {
+  Corpus corpus = samples::tinyCorpus();
+  const auto source = std::make_shared<CountingSource>(corpus);
+  corpus.take_source = source;
+  UnitDatabase database(corpus);
+  const PhonePlace place{TakeIndex(1), PhoneIndex(1)};
+  const PositionMatrix motion = database.motionOf(place.take)->positions_mm;
+  const PhoneLips::Matrix lips = database.lipsOf(place).positions_mm;
+  ASSERT_GT(motion.rows(), 0);
+  EXPECT_EQ(source->loads, 1);
+  database.forgetTakes();
+  EXPECT_EQ(database.lipsOf(place).positions_mm, lips);
+  EXPECT_EQ(database.motionOf(place.take)->positions_mm, motion);
+  EXPECT_EQ(source->loads, 2);
+}
+
+TEST(UnitDatabase, KeepsTheMotionThatWasAskedForLast) {
+  Corpus corpus = samples::tinyCorpus();
+  corpus.takes.resize(2);
+  for (CorpusTake& take : corpus.takes)
+    take.motion.positions_mm =
+        PositionMatrix::Zero(2'500'000 / take.motion.positions_mm.cols(), take.motion.positions_mm.cols());
+  const auto source = std::make_shared<CountingSource>(corpus);
+  corpus.take_source = source;
+  const UnitDatabase database(corpus);
+  std::weak_ptr<const MotionClip> first = database.motionOf(TakeIndex(0));
+  EXPECT_EQ(database.motionOf(TakeIndex(0)), first.lock()) << "the same";
+  EXPECT_EQ(source->loads, 1);
+  const std::shared_ptr<const MotionClip> second = database.motionOf(TakeIndex(1));
+  EXPECT_TRUE(first.expired()) << "both are more than 32 MB";
+  EXPECT_EQ(database.motionOf(TakeIndex(1)), second);
+  EXPECT_EQ(source->loads, 2);
+  EXPECT_NE(database.motionOf(TakeIndex(0)), nullptr) << "loaded again";
+  EXPECT_EQ(source->loads, 3);
+}
+
 TEST(PoseAt, IsBetweenItsFramesAndHeldBeyondThem) {
   CorpusTake take = samples::tinyTake("a", "DH-AH T-AY-M", 3, 50);
   take.motion.positions_mm.setRandom();
