@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
@@ -16,12 +17,6 @@ namespace {
 
 constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
                                                          "mouth_inside", "eye",  "hair",        "other"};
-
-std::string lowerExtension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return extension;
-}
 
 }  // namespace
 
@@ -47,13 +42,18 @@ std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<Pa
   return triangles;
 }
 
+bool isHeadMesh(const std::filesystem::path& name) {
+  const std::string ending = lowerCase(name.extension().string());
+  return std::find(kHeadMeshEndings.begin(), kHeadMeshEndings.end(), ending) != kHeadMeshEndings.end();
+}
+
 bool isGlb(const std::filesystem::path& path) {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = lowerCase(path.extension().string());
   return extension == ".glb" || extension == ".vrm";
 }
 
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object) {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = lowerCase(path.extension().string());
   const std::string file = path.string();
   if (isGlb(path)) return parseGlb(bytes, file, object);
   if (!object.empty()) throw InputError(file, "", "holds no scene to choose an object of; expected a GLB");
@@ -81,7 +81,7 @@ FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& 
 }
 
 FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object) {
-  const std::string extension = lowerExtension(path);
+  const std::string extension = lowerCase(path.extension().string());
   if (extension != ".obj" && extension != ".ply" && extension != ".off" && !isGlb(path))
     return parseFaceMesh("", path, object);
   return parseFaceMesh(readFile(path, kMaxMeshBytes), path, object);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -24,6 +25,10 @@ struct FaceShapes {
   std::vector<VertexPositions> moves;  ///< displacement at weight 1, the mesh's unit
 };
 
+/// What the files that parseFaceMesh() reads end with, in small letters.
+inline constexpr std::array<std::string_view, 5> kHeadMeshEndings{".glb", ".vrm", ".obj", ".ply", ".off"};
+/// Whether a file of that name can hold a head, in small or capital letters.
+bool isHeadMesh(const std::filesystem::path& name);
 /// Whether `path` ends as a GLB does.
 bool isGlb(const std::filesystem::path& path);
 /// Those of a GLB; none for other formats. Throws InputError as parseFaceMesh does.

@@ -2,12 +2,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <boost/pending/disjoint_sets.hpp>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <string>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
@@ -49,13 +49,6 @@ const std::array<std::pair<std::string, PartKind>, 3> kGumParts{
 
 constexpr float kMoved = 0.1F;    ///< of the furthest move of a mouth's shape: what counts as moved
 constexpr double kWholly = 0.95;  ///< of a part's corners: what hangs on one kind of bone
-
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
 
 bool contains(std::string_view text, std::string_view word) { return text.find(word) != std::string_view::npos; }
 

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "base/json_text.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/part_kind.h"
 #include "retarget/rig/stored_mesh.h"
 
@@ -154,7 +155,7 @@ std::optional<RbfKernel> kernelFromName(std::string_view name) {
 }
 
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
-  const JsonField root = parseCbor(bytes, file, "what `retarget fit` writes");
+  const JsonField root = parseCbor(bytes, file, "a face, as `retarget fit` writes it");
   if (root["format"].text() != kFormatName) root["format"].fail("is no face file; expected what `retarget fit` writes");
   const std::int64_t version = root["version"].whole(0, 1'000'000);
   if (version < kOldestFaceFormat || version > kFaceFormatVersion) {
@@ -198,7 +199,11 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
 }
 
 FaceFile readFaceFile(const std::filesystem::path& path) {
-  return parseFaceFile(readFile(path, kMaxFaceBytes), path.string());
+  const std::string bytes = readFile(path, kMaxFaceBytes);
+  if (isHeadMesh(path))
+    throw InputError(path.string(), "",
+                     "is a head; expected a face, which `retarget fit --mesh HEAD --out FACE` makes of one");
+  return parseFaceFile(bytes, path.string());
 }
 
 std::string faceFileToBytes(const FaceFile& face) {

@@ -39,11 +39,6 @@ void runBeside(std::string_view name, const std::vector<std::string>& arguments,
   if (result.exit_code != 0) throw InputError(lastLineOf(result, name));
 }
 
-bool isHeadMesh(const fs::path& name) {
-  const std::string ending = name.extension();
-  return ending == ".glb" || ending == ".vrm" || ending == ".obj" || ending == ".ply" || ending == ".off";
-}
-
 fs::path fitHead(const fs::path& mesh, const fs::path& corpus, const std::function<void(std::string_view)>& tell) {
   const fs::path face = fs::path(mesh).replace_extension(".face");
   const fs::path anchors = fs::path(mesh).replace_extension(".anchors.json");

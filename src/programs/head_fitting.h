@@ -15,9 +15,6 @@ namespace mouthpiece {
 void runBeside(std::string_view name, const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                Seconds limit);
 
-/// Whether a file of that name can hold a head: .glb .vrm .obj .ply .off.
-bool isHeadMesh(const std::filesystem::path& name);
-
 /// Fits a head to the actor of `corpus` as `retarget fit` does, and gives the .face beside it. Its anchors lie beside
 /// it, NAME.anchors.json; where they do not, `retarget anchors` finds them. `tell` hears of each stage. Throws
 /// InputError for a head on which no face is found, and for one that tears.

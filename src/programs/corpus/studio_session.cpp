@@ -13,6 +13,7 @@
 #include "base/text_encoding.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/video_takes.h"
+#include "deform/mesh/mesh_files.h"
 #include "motion/formats/c3d_file.h"
 #include "phonetics/labels/label_files.h"
 #include "programs/corpus/studio_advice.h"
@@ -302,7 +303,7 @@ void StudioSession::keepHead(const std::string& name, std::string_view bytes) {
   const fs::path head = options_.folder / "head";
   const std::lock_guard lock(mutex_);
   // Another head begins anew; anchors may come before or after the mesh that they belong to.
-  const std::string kept = "head" + (is_anchors ? ".anchors.json" : fs::path(name).extension().string());
+  const std::string kept = "head" + (is_anchors ? ".anchors.json" : lowerCase(fs::path(name).extension().string()));
   if (!is_anchors && !headMesh().empty()) fs::remove_all(head);
   makePrivateFolder(head);
   for (const char* of_another : {"head.face", kOwnShape}) fs::remove(head / of_another);
@@ -310,8 +311,8 @@ void StudioSession::keepHead(const std::string& name, std::string_view bytes) {
 }
 
 fs::path StudioSession::headMesh() const {
-  for (const char* ending : {".glb", ".vrm", ".obj", ".ply", ".off"}) {
-    const fs::path mesh = options_.folder / "head" / (std::string("head") + ending);
+  for (const std::string_view ending : kHeadMeshEndings) {
+    const fs::path mesh = options_.folder / "head" / fmt::format("head{}", ending);
     if (fs::exists(mesh)) return mesh;
   }
   return {};

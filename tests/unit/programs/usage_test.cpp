@@ -297,8 +297,9 @@ TEST_F(BadInput, OfOtherCommandsKeepsWhatWasSaved) {
   expectKept("corpus", {"build", empty, "--out", "SAVED"}, "b.corpus",
              "empty: holds no take; expected files like NAME.c3d (.trc, .csv), NAME.wav (.flac), NAME.txt and "
              "NAME.TextGrid (.lab, .phn, .ctm)");
-  expectKept("corpus", {"align", motion, "--transcript", "hi", "--out", "SAVED"}, "a.TextGrid",
-             "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, AU, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
+  expectKept(
+      "corpus", {"align", motion, "--transcript", "hi", "--out", "SAVED"}, "a.TextGrid",
+      "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, AU, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
   expectKept("retarget", {"cut", mesh, "--anchors", anchors, "--out", "SAVED"}, "c.obj",
              "h.anchors.json:markers: is without CANTHUS_OUT_R; `retarget pick` asks for it");
   expectKept("retarget", {"apply", "--face", "x.face", "--motion", motion, "--arkit", "--out", "SAVED"}, "a.obj",
@@ -372,6 +373,8 @@ TEST_F(BadInput, OfSynth) {
   expectBadInput(speak({"--audio", "a.wav", "--lyrics", missing("song.txt")}), "song.txt");
   expectBadInput(speak({"--audio", "a.wav", "--transcript-file", folder_.write("none.txt", "").string()}), "none.txt");
   expectBadInput(speak({"--text", "now", "--face", folder_.write("clicks.json", "{}").string()}), "no valid CBOR");
+  expectBadInput(speak({"--text", "now", "--face", folder_.write("head.OBJ", "v 0 0 0\n").string()}),
+                 "is a head; expected a face, which `retarget fit");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.avi")}}, "talk.avi");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("noending")}}, "noending");
 }
