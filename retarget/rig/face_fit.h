@@ -71,9 +71,11 @@ struct LipContact {
   double in_teeth = 0;         ///< deepest place of a lip, but for its back, inside teeth or gums
   double in_tongue = 0;
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
-  std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest
-  /// How tall a slit one looks straight through in each, from the front and 0.18 mouths deep: surfaces that touch
-  /// somewhere in a column may leave one beside it. Those from 0.2 mouths off the corners on count in the outer columns.
+  /// Between the lips' surfaces in each; `gap` is the largest. 0 beyond corners that a coarse mesh has further in.
+  std::array<double, kColumns> gaps{};
+  /// How tall a slit one looks straight through in each, from the front and 0.18 mouths deep, past all skin: surfaces
+  /// that touch somewhere in a column may leave one beside it. Those from 0.2 mouths off the corners on count in the
+  /// outer columns.
   std::array<double, kColumns> slits{};
   std::array<double, kLipColumns> overlaps{};  ///< of `overlap`, across the whole mouth
 };

@@ -24,6 +24,7 @@ namespace {
 // Lengths as shares of the mouth's width.
 constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
 constexpr double kInFront = 0.35;         ///< teeth and tongue that lips touch lie no further off than both
+constexpr double kAtRims = 0.05;          ///< so near to that line what both lips have in common is their corner
 constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
 constexpr double kMostCuts = 64;          ///< points looked at on an edge
@@ -209,13 +210,13 @@ class PosedSurface {
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
-/// A lip in upright sections across the mouth, but for its corners.
+/// Skin in upright sections across the mouth, but for its corners.
 class Sights {
  public:
   /// `from` and `along`: the mouth's right corner and the way to the left one.
-  Sights(const std::vector<Triangle>& lip, const VertexPositions& vertices, const Eigen::Vector3d& from,
+  Sights(const std::vector<Triangle>& skin, const VertexPositions& vertices, const Eigen::Vector3d& from,
          const Eigen::Vector3d& along) {
-    for (const Triangle& t : lip) {
+    for (const Triangle& t : skin) {
       std::array<Eigen::Vector3d, 3> p;  // across in sections, height, depth
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3d at = pointAt(vertices, t[k]);
@@ -234,22 +235,34 @@ class Sights {
     }
   }
 
-  [[nodiscard]] double front(std::size_t section) const {
-    double front = -std::numeric_limits<double>::infinity();
-    for (const auto& [one, other] : sections_[section]) front = std::max({front, one.z(), other.z()});
+  /// The foremost place of a section; nullopt: it has none.
+  [[nodiscard]] std::optional<Eigen::Vector3d> front(std::size_t section) const {
+    std::optional<Eigen::Vector3d> front;
+    for (const auto& [one, other] : sections_[section]) {
+      for (const Eigen::Vector3d* p : {&one, &other}) {
+        if (!front || p->z() > front->z()) front = *p;
+      }
+    }
     return front;
   }
 
-  /// How far the lip reaches `way` (-1 down, 1 up) before `depth`.
-  [[nodiscard]] double edge(std::size_t section, double way, double depth) const {
-    double edge = -std::numeric_limits<double>::infinity();
+  /// The tallest place between what lies before `depth`, from the height `low` to `high`.
+  [[nodiscard]] double slit(std::size_t section, double depth, double low, double high) const {
+    thread_local std::vector<std::pair<double, double>> covered;
+    covered.clear();
     for (auto [behind, before] : sections_[section]) {
       if (behind.z() > before.z()) std::swap(behind, before);
       if (before.z() < depth) continue;
       if (behind.z() < depth) behind += (depth - behind.z()) / (before.z() - behind.z()) * (before - behind);
-      edge = std::max({edge, way * behind.y(), way * before.y()});
+      covered.emplace_back(std::minmax(behind.y(), before.y()));
     }
-    return way * edge;
+    std::sort(covered.begin(), covered.end());
+    double tallest = 0, up_to = low;
+    for (const auto& [from, to] : covered) {
+      tallest = std::max(tallest, std::min(from, high) - up_to);
+      up_to = std::max(up_to, to);
+    }
+    return tallest;
   }
 
  private:
@@ -298,8 +311,32 @@ class Chooser {
     return lip;
   }
 
+  /// Where the lips of coarse heads are one further in than the mouth's corners, as shares of the way from the right
+  /// corner to the left one.
+  [[nodiscard]] std::pair<double, double> partedBetween(const Lip& upper, const Lip& lower) const {
+    std::pair<double, double> between{0, 1};
+    for (const auto& [v, triangles] : upper.surface.around) {
+      if (!lower.surface.around.contains(v) || distanceToLine(vertex(v), rim_) > kAtRims * mouth_width_) continue;
+      const double way = (vertex(v) - from_).dot(along_) / along_.squaredNorm();
+      if (way < 0.5)
+        between.first = std::max(between.first, way);
+      else
+        between.second = std::min(between.second, way);
+    }
+    return between;
+  }
+
   /// The right corner of the mouth, and the way to the left one.
   [[nodiscard]] std::pair<Eigen::Vector3d, Eigen::Vector3d> corners() const { return {from_, along_}; }
+
+  /// All that may lie before what one sees between the lips: large triangles reach far from them.
+  [[nodiscard]] std::vector<Triangle> aroundLips() const {
+    std::vector<Triangle> around = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
+    std::erase_if(around, [&](const Triangle& t) {
+      return std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near_[v]; });
+    });
+    return around;
+  }
 
   /// Of teeth or a tongue those that lips can come to.
   [[nodiscard]] std::vector<Triangle> nearLips(std::vector<Triangle> triangles) const {
@@ -347,6 +384,8 @@ struct LipContactMeter::Data {
   Eigen::Vector3d from, along;  ///< the mouth's right corner, and the way to the left one
   double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0, doubtful_from = 0;
   Lip upper, lower;
+  std::vector<Triangle> around;
+  std::array<bool, kColumns> are_one{};  ///< nothing parts there
   Surface teeth, tongue;
 };
 
@@ -360,6 +399,12 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->deep_in_tongue = kDeepInTongue * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
+  const auto [first, last] = chooser.partedBetween(data->upper, data->lower);
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    const double begins = 0.25 + 0.5 * asReal(c) / asReal(kColumns), ends = begins + 0.5 / asReal(kColumns);
+    data->are_one[c] = ends <= first || begins >= last;
+  }
+  data->around = chooser.aroundLips();
   data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
   data->teeth.findNeighbours();
   data->tongue.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kTongue}));
@@ -385,7 +430,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
       tongue(data_->tongue, vertices, boxAround(data_->deep_in_tongue));
   LipContact contact;
   std::array<double, kColumns>& gaps = contact.gaps;
-  gaps.fill(widest);
+  for (std::size_t c = 0; c < kColumns; ++c) gaps[c] = data_->are_one[c] ? 0 : widest;
   // Of a triangle's points most can be told by what was found at the first: no distance changes faster than the place.
   struct Known {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -430,14 +475,16 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   look(data_->lower, upper);
   look(data_->upper, lower);
   const Sights above(data_->upper.surface.triangles, vertices, data_->from, data_->along),
-      below(data_->lower.surface.triangles, vertices, data_->from, data_->along);
+      below(data_->lower.surface.triangles, vertices, data_->from, data_->along),
+      all(data_->around, vertices, data_->from, data_->along);
   for (std::size_t s = 0; s < kSights; ++s) {
-    const double depth = std::min(above.front(s), below.front(s)) - kDeepSight * data_->along.norm();
-    const double slit = above.edge(s, -1, depth) - below.edge(s, 1, depth);
+    const auto upper_front = above.front(s), lower_front = below.front(s);
+    if (!upper_front || !lower_front) continue;
+    const double depth = std::min(upper_front->z(), lower_front->z()) - kDeepSight * data_->along.norm();
     const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
     const double column = std::clamp((way - 0.25) / 0.5 * asReal(kColumns), 0.0, asReal(kColumns) - 0.5);
     double& tallest = contact.slits[unsignedIndex(wholePart(column))];
-    if (std::isfinite(slit)) tallest = std::max(tallest, slit);
+    tallest = std::max(tallest, all.slit(s, depth, lower_front->y(), upper_front->y()));
   }
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());

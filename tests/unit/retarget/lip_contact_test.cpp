@@ -162,6 +162,75 @@ TEST_F(LipContactTest, TheMeterLooksThroughASlitBesideATouch) {
   }
 }
 
+/// A strip of the upper lip hangs from one place of its rim in front of the lower lip, beside that place under its rim
+/// alone: over it one looks into the mouth.
+TEST_F(LipContactTest, TheMeterLooksOverAStripThatHangsLower) {
+  constexpr std::uint32_t kRim = 81;  // MediaPipe's, on the upper lip's rim
+  constexpr float kOpen = 3, kAside = 4, kLong = 8, kLow = 3, kHigh = 1;
+  const auto first = static_cast<std::uint32_t>(mesh_.vertexCount());
+  FaceMesh with_strip = mesh_;
+  with_strip.vertices.conservativeResize(mesh_.vertices.rows() + 4, 3);
+  const Eigen::RowVector3f rim = mesh_.vertices.row(kRim);
+  for (std::uint32_t v = first; v < first + 4; ++v) with_strip.vertices.row(v) = rim + Eigen::RowVector3f(0, 1, 0);
+  MeshPart part = mesh_.parts.front();
+  part.kind = PartKind::kSkin;
+  part.first_triangle = with_strip.triangles.size();
+  part.triangle_count = 3;
+  with_strip.parts.push_back(part);
+  with_strip.triangles.push_back({kRim, first, first + 1});
+  with_strip.triangles.push_back({first, first + 1, first + 2});
+  with_strip.triangles.push_back({first + 1, first + 2, first + 3});
+  VertexPositions moved = with_strip.vertices;
+  for (std::size_t v = 0; v < file_.binding.patch.size(); ++v) {
+    const int patch = file_.binding.patch[v];
+    if (patch >= 0 && file_.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower)
+      moved(static_cast<Eigen::Index>(v), 1) -= kOpen;
+  }
+  const float towards = rim.x() < 0 ? 1.0F : -1.0F;
+  for (std::uint32_t i = 0; i < 4; ++i)
+    moved.row(first + i) =
+        rim + Eigen::RowVector3f(towards * (i < 2 ? kAside : kLong), -kOpen - (i % 2 == 0 ? kHigh : kLow), 1);
+  const auto across = [&](const char* name) { return file_.control.rest(findPoint(file_.control, name), 0); };
+  const double right = across("LIP_CORNER_R"), width = across("LIP_CORNER_L") - right;
+  const double way = (double{rim.x() + towards * 0.5F * (kAside + kLong)} - right) / width;
+  const auto column = static_cast<std::size_t>((way - 0.25) / 0.5 * double{LipContact::kColumns});
+  ASSERT_LT(column, LipContact::kColumns);
+  EXPECT_GT(LipContactMeter(with_strip, file_.control).measure(moved).slits[column], 0.5 * double{kOpen});
+}
+
+/// On coarse heads the mouth's corners lie further in than the markers tell: beyond them lips are one, whatever lies
+/// how far from what.
+TEST_F(LipContactTest, BeyondAMeshsOwnCornersLipsDoNotPart) {
+  constexpr std::uint32_t kUpper = 82, kLower = 87;  // MediaPipe's, opposite each other on the rims
+  constexpr float kOpen = 3;
+  FaceMesh joined = mesh_;
+  for (Triangle& t : joined.triangles) std::replace(t.begin(), t.end(), kLower, kUpper);
+  VertexPositions opened = mesh_.vertices;
+  for (std::size_t v = 0; v < file_.binding.patch.size(); ++v) {
+    const int patch = file_.binding.patch[v];
+    if (patch >= 0 && file_.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower)
+      opened(static_cast<Eigen::Index>(v), 1) -= kOpen;
+  }
+  const auto across = [&](const char* name) { return file_.control.rest(findPoint(file_.control, name), 0); };
+  const double right = across("LIP_CORNER_R"), width = across("LIP_CORNER_L") - right;
+  const double way = (double{mesh_.vertices(kUpper, 0)} - right) / width;
+  ASSERT_GT(std::abs(way - 0.5), 0.05);
+  ASSERT_LT(std::abs(way - 0.5), 0.2);
+  const LipContact apart = LipContactMeter(mesh_, file_.control).measure(opened),
+                   beside = LipContactMeter(joined, file_.control).measure(opened);
+  for (std::size_t c = 0; c < LipContact::kColumns; ++c) {
+    const double from = 0.25 + 0.05 * static_cast<double>(c), to = from + 0.05;
+    EXPECT_GT(apart.gaps[c], 1) << c;
+    const bool is_beyond = way < 0.5 ? to <= way : from >= way;
+    if (is_beyond) {
+      EXPECT_EQ(beside.gaps[c], 0) << c;
+      EXPECT_GT(beside.slits[c], 0.5) << "what one looks through is a slit still";
+    } else if (way < 0.5 ? from >= way : to <= way) {
+      EXPECT_GT(beside.gaps[c], 0.1) << c;
+    }
+  }
+}
+
 TEST_F(LipContactTest, LipsTouchUntilTheyHaveStretchedAndNeverPass) {
   const LipContactMeter meter(mesh_, file_.control);
   const FaceDeformer deformer(mesh_, file_.control, file_.binding);
