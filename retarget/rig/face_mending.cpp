@@ -25,9 +25,12 @@ constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
 constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long at most, so that some are within that
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
-constexpr std::size_t kRounds = 8;  ///< the last ones where nothing but lips is left to mend
+constexpr std::size_t kTornAlone = 3;  ///< so many faces whose lips meet as they should are relaxed further
+constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
+
+constexpr std::array<std::string_view, 4> kOfSkin{"edge length", "stretch", "triangles turned over", "vertex jump"};
 
 bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
 
@@ -39,6 +42,21 @@ bool meetWrongly(const FaceJudgement& found) {
 bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
 
 bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
+
+/// The lips meet as they should and the face moves: all that is wrong is skin that tears.
+bool isTornAlone(const FaceJudgement& found) {
+  return !found.faults.empty() && !found.torn.empty() &&
+         std::all_of(found.faults.begin(), found.faults.end(), [](const FaceFault& fault) {
+           return std::find(kOfSkin.begin(), kOfSkin.end(), fault.limit) != kOfSkin.end();
+         });
+}
+
+/// A face on the way.
+struct Tried {
+  FaceBinding binding;
+  std::set<std::uint32_t> torn;  ///< what was relaxed
+  FaceJudgement found;
+};
 
 /// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
 /// the lips get into each other, as far as `overlap`, the limit, tells. `overlap` and lengths in the mesh's unit.
@@ -89,8 +107,17 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
     bool is_coarse = false;
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
+  const auto addTorn = [&](const FaceJudgement& found, std::set<std::uint32_t>& torn) {
+    for (const std::uint32_t v : found.torn) torn.insert(welding.isNothing() ? v : welding.welded_of[v]);
+  };
+  const auto keepIfBetter = [&](const FaceFile& tried, const FaceJudgement& found) {
+    if (!mendsMore(found, judged)) return;
+    face = tried;
+    judged = found;
+  };
   std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
-  bool meets_wrongly = meetWrongly(first);                   // or what relaxing and pressing bring about
+  std::vector<Tried> torn_alone;
+  bool meets_wrongly = meetWrongly(first);  // or what relaxing and pressing bring about
   for (const Way& way : {Way{true},
                          {false},
                          {true, {}, false, true},
@@ -118,9 +145,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
     std::set<std::uint32_t> torn;
     for (std::size_t round = 0; round < kRounds; ++round) {
       const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      if (!way.levels || round == 0) {  // what levelling itself stretches stays
-        for (const std::uint32_t v : last.torn) torn.insert(welding.isNothing() ? v : welding.welded_of[v]);
-      }
+      if (!way.levels || round == 0) addTorn(last, torn);  // what levelling itself stretches stays
       if (levelling) levelling->level(judge.closures(*moved), binding);
       if (levelling) last.left_open.fill(0);
       if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
@@ -134,15 +159,31 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       if (same == known.end()) known.emplace_back(binding, found);
       const FaceJudgement before = std::exchange(last, std::move(found));
       meets_wrongly = meets_wrongly || meetWrongly(last);
-      if (mendsMore(last, judged)) {
-        face = tried;
-        judged = last;
-      }
+      keepIfBetter(tried, last);
+      if (isTornAlone(last)) torn_alone.push_back({binding, torn, last});
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
       const bool only_lips = std::all_of(last.faults.begin(), last.faults.end(), isOfLips);
       if (was_well || !canBeMended(last) || (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better))) break;
     }
     if (isWhole(judged)) break;
+  }
+  if (judged.faults.empty()) return judged;
+  // What has brought lips to meet stays as it is, and the skin that it tears is relaxed.
+  std::stable_sort(torn_alone.begin(), torn_alone.end(), [](const Tried& one, const Tried& other) {
+    return one.found.faults.size() < other.found.faults.size();
+  });
+  torn_alone.resize(std::min(torn_alone.size(), kTornAlone));
+  for (Tried& from : torn_alone) {
+    FaceFile tried = given;
+    for (const double within : kRelaxedWithin) {
+      addTorn(from.found, from.torn);
+      tried.binding = from.binding;
+      relaxAround(mesh, topology, {from.torn.begin(), from.torn.end()}, rims, within * mouth_width, tried.binding,
+                  kCoarseEdge * mouth_width);
+      from.found = judge.judge(FaceRig::of(tried, shared_mesh, face.name));
+      keepIfBetter(tried, from.found);
+      if (judged.faults.empty()) return judged;
+    }
   }
   return judged;
 }

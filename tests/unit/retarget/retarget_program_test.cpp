@@ -285,12 +285,12 @@ TEST_F(RetargetProgram, AFaceWhoseMeshChangedIsRefused) {
   EXPECT_NE(check.err.find("has changed since default.face was fitted"), std::string::npos) << check.err;
 }
 
-/// The lips of an actor who says silence with the mouth three times as wide open as speech needs are torn apart.
+/// The lips of an actor who says silence with the mouth five times as wide open as speech needs are torn apart.
 TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
   Corpus gaping = madeUpCorpus();
   PositionMatrix& motion = gaping.takes[0].motion.positions_mm;
   const Eigen::RowVectorXd closed = motion.row(0);
-  motion = (4 * (motion.rowwise() - closed)).rowwise() + closed;
+  motion = (6 * (motion.rowwise() - closed)).rowwise() + closed;
   motion.row(0) = motion.row(4);
   motion.bottomRows(1) = motion.row(8);
   for (Eigen::Index f : {1, 2, 3, 9, 10, 11}) motion.row(f) = motion.row(f < 6 ? 4 : 8);
