@@ -392,10 +392,13 @@ void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pos
     guard->meet(points, pose.lips, out);
     guard->leaveTeeth(jaw_motion, out);
   }
-  double lips_apart = lip_pairs.empty() ? std::numeric_limits<double>::infinity() : 0.0;
-  for (const LipPair& pair : lip_pairs)
-    lips_apart = std::max(lips_apart, (points.row(pair.upper_rim) - points.row(pair.lower_rim)).norm());
-  tongue.deform(jaw_motion, tongue_pose, lips_apart, out);
+  PartedLips lips;
+  for (const LipPair& pair : lip_pairs) {
+    const double apart = (points.row(pair.upper_rim) - points.row(pair.lower_rim)).norm();
+    if (&pair == &lip_pairs.front() || apart > lips.apart)
+      lips = {apart, points(pair.upper_rim, 1), points(pair.lower_rim, 1)};
+  }
+  tongue.deform(jaw_motion, tongue_pose, lips, out);
 }
 
 void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {

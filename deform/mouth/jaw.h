@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "deform/surface/control_surface.h"
@@ -40,6 +41,12 @@ class JawHinge {
   double lever_ = 1;  ///< distance of the chin from the pivot: makes turns and slides comparable
 };
 
+/// The lips' rims where they are furthest apart, the mesh's unit. Without lips nothing is in a tongue's way.
+struct PartedLips {
+  double apart = std::numeric_limits<double>::infinity();
+  double upper_y = std::numeric_limits<double>::infinity(), lower_y = -std::numeric_limits<double>::infinity();
+};
+
 /// A simple morph of the tongue (EDGE 7): the jaw carries it; the tip reaches for the ridge behind the upper teeth or
 /// between the teeth as far as these are apart, the back for the palate, wherever the jaw has taken it.
 class TongueMorph {
@@ -47,9 +54,8 @@ class TongueMorph {
   /// `vertices`: those of the tongue. Reads the teeth's places from the mesh's parts, where it has teeth.
   TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertices);
 
-  /// `lips_apart`: how far the lips' rims are parted where they are furthest, the mesh's unit: a tongue goes no further
-  /// out than the teeth where the lips are shut.
-  void deform(const AddedMotion& jaw, const TonguePose& pose, double lips_apart, float* out) const;
+  /// A tongue goes no further out than the teeth where the lips are shut, and out between the lips, not through them.
+  void deform(const AddedMotion& jaw, const TonguePose& pose, const PartedLips& lips, float* out) const;
 
  private:
   struct Item {
@@ -59,7 +65,12 @@ class TongueMorph {
     float back;  ///< share of the back's
   };
   void findTeeth(const FaceMesh& mesh);
-  [[nodiscard]] float keptBetweenTeeth(const Eigen::Vector3f& place, const Eigen::Vector3f& lower_edge) const;
+  /// Heights between which the tip comes out.
+  struct WayOut {
+    float lower_z = 0;  ///< of the lower front teeth, from behind
+    float over = 0, under = 0;
+  };
+  [[nodiscard]] float keptInWayOut(const Eigen::Vector3f& place, const WayOut& way_out) const;
 
   std::vector<Item> items_;
   Eigen::Vector3d tip_ = Eigen::Vector3d::Zero();

@@ -134,20 +134,20 @@ void TongueMorph::findTeeth(const FaceMesh& mesh) {
   if (const auto roof = roofOver(mesh, back_, {PartKind::kUpperTeeth, PartKind::kMouthInside})) palate_.y() = *roof;
 }
 
-/// The height of a place of the tip that shall go out between the teeth, not through them.
-float TongueMorph::keptBetweenTeeth(const Eigen::Vector3f& place, const Eigen::Vector3f& lower_edge) const {
+/// The height of a place of the tip that shall go out between the teeth and lips, not through them.
+float TongueMorph::keptInWayOut(const Eigen::Vector3f& place, const WayOut& way_out) const {
   const float way = kFlattened * asFloat(length_);
   const auto near = [&](float teeth_z) { return asFloat(smoothStep(double{(place.z() - (teeth_z - way)) / way})); };
-  const float over = std::max(0.0F, lower_edge.y() - place.y()) * near(lower_edge.z());
-  const float under = std::max(0.0F, place.y() - asFloat(behind_.y())) * near(asFloat(behind_.z()));
+  const float over = std::max(0.0F, way_out.over - place.y()) * near(way_out.lower_z);
+  const float under = std::max(0.0F, place.y() - way_out.under) * near(asFloat(behind_.z()));
   return place.y() + over - under;
 }
 
-void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, double lips_apart, float* out) const {
+void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, const PartedLips& lips, float* out) const {
   const auto moved = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + jaw.turn * p + jaw.shift; };
   const Eigen::Vector3d lower_edge = moved(lower_edge_);
   // Through closed teeth no tongue comes, nor through closed lips: it touches the upper ones from behind.
-  const double out_share = smoothStep(lips_apart / (kLipsApart * length_)) *
+  const double out_share = smoothStep(lips.apart / (kLipsApart * length_)) *
                            (has_teeth_ ? smoothStep((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0);
   const Eigen::Vector3d between = behind_ + out_share * (between_ - behind_);
   const Eigen::Vector3d to_ridge = double{pose.tip_up} * (ridge_ - moved(tip_));
@@ -157,11 +157,14 @@ void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, double 
   const Eigen::Vector3f back = atMost(to_palate, kFurthest * length_).cast<float>();
   const Eigen::Matrix3f turn = jaw.turn.cast<float>();
   const Eigen::Vector3f shift = jaw.shift.cast<float>();
-  const Eigen::Vector3f lower = lower_edge.cast<float>();
+  // As far as the tip comes out lips that hang before the teeth are in its way, too.
+  const WayOut way_out{
+      .lower_z = asFloat(lower_edge.z()),
+      .over = asFloat(lower_edge.y() + out_share * std::max(0.0, std::min(lips.lower_y, behind_.y()) - lower_edge.y())),
+      .under = asFloat(behind_.y() - out_share * std::max(0.0, behind_.y() - std::max(lips.upper_y, lower_edge.y())))};
   for (const Item& item : items_) {
     Eigen::Vector3f place = item.rest + turn * item.rest + shift + item.tip * tip + item.back * back;
-    if (has_teeth_ && pose.tip_forward > 0)
-      place.y() += pose.tip_forward * (keptBetweenTeeth(place, lower) - place.y());
+    if (has_teeth_ && pose.tip_forward > 0) place.y() += pose.tip_forward * (keptInWayOut(place, way_out) - place.y());
     Eigen::Map<Eigen::Vector3f>(out + 3 * std::size_t{item.vertex}) = place;
   }
 }

@@ -67,9 +67,9 @@ class Tongues : public ::testing::TestWithParam<unsigned> {
   float number(float least, float most) { return std::uniform_real_distribution<float>(least, most)(random_); }
 
   [[nodiscard]] VertexPositions moved(const AddedMotion& jaw, const TonguePose& pose,
-                                      double lips_apart = kFarApart) const {
+                                      const PartedLips& lips = {}) const {
     VertexPositions out = VertexPositions::Constant(mesh_.vertices.rows(), 3, 1e6F);
-    TongueMorph(mesh_, tongue_).deform(jaw, pose, lips_apart, out.data());
+    TongueMorph(mesh_, tongue_).deform(jaw, pose, lips, out.data());
     EXPECT_EQ(out.bottomRows(signedIndex(mesh_.vertexCount() - tongue_.size())).minCoeff(), 1e6F)
         << "teeth are not its";
     return out.topRows(signedIndex(tongue_.size()));
@@ -143,11 +143,26 @@ TEST_P(Tongues, TipsComeOutBetweenTheTeethAsFarAsTheyAreApart) {
 /// TH beside a silence: between teeth that are apart, but lips that are shut or nearly.
 TEST_P(Tongues, StayBehindTheTeethWhereTheLipsAreShut) {
   const AddedMotion jaw = open(0.1 * double{length_} + 2);
-  const auto reach = [&](double lips_apart) { return moved(jaw, {.tip_forward = 1}, lips_apart).col(2).maxCoeff(); };
+  const auto reach = [&](double lips_apart) {
+    return moved(jaw, {.tip_forward = 1}, {.apart = lips_apart}).col(2).maxCoeff();
+  };
   EXPECT_LE(reach(0), front_ + 1e-3F);
   EXPECT_LT(reach(0.02 * double{length_}), reach(0.05 * double{length_}));
   EXPECT_EQ(reach(0.1 * double{length_}), reach(kFarApart)) << "parted lips do not keep it";
   EXPECT_GT(reach(kFarApart), front_);
+}
+
+/// TH between lips that hang before the teeth: out under the upper one's rim and over the lower one's.
+TEST_P(Tongues, ComeOutBetweenTheLips) {
+  const double gap = 0.1 * double{length_} + 4, upper = double{edge_} - 1.5, lower = double{edge_} - gap + 1;
+  const VertexPositions out =
+      moved(open(gap), {.tip_forward = 1}, {.apart = upper - lower, .upper_y = upper, .lower_y = lower});
+  EXPECT_GT(out.col(2).maxCoeff(), front_);
+  for (Eigen::Index v = 0; v < out.rows(); ++v) {
+    if (out(v, 2) < front_) continue;
+    EXPECT_LE(out(v, 1), static_cast<float>(upper) + 1e-3F);
+    EXPECT_GE(out(v, 1), static_cast<float>(lower) - 1e-3F);
+  }
 }
 
 /// K, G: the back rises to the palate, the tip and the root stay.
@@ -186,12 +201,12 @@ TEST(Tongue, WithoutTeethOrVerticesIsLeftToItsOwn) {
   std::vector<std::uint32_t> all(mesh.vertexCount());
   for (std::uint32_t v = 0; v < all.size(); ++v) all[v] = v;
   VertexPositions up = mesh.vertices, out = mesh.vertices;
-  TongueMorph(mesh, all).deform({}, {.tip_up = 1}, kFarApart, up.data());
-  TongueMorph(mesh, all).deform({}, {.tip_forward = 1}, kFarApart, out.data());
+  TongueMorph(mesh, all).deform({}, {.tip_up = 1}, {}, up.data());
+  TongueMorph(mesh, all).deform({}, {.tip_forward = 1}, {}, out.data());
   EXPECT_GT((up - mesh.vertices).col(1).maxCoeff(), 4) << "to where teeth would be";
   EXPECT_GT(out.col(2).maxCoeff(), 41) << "nothing is in its way";
   VertexPositions untouched = mesh.vertices;
-  TongueMorph(mesh, {}).deform({}, {.tip_up = 1}, kFarApart, untouched.data());
+  TongueMorph(mesh, {}).deform({}, {.tip_up = 1}, {}, untouched.data());
   EXPECT_EQ(untouched, mesh.vertices);
 }
 
