@@ -214,59 +214,83 @@ class PosedSurface {
 class Sights {
  public:
   /// `from` and `along`: the mouth's right corner and the way to the left one.
-  Sights(const std::vector<Triangle>& skin, const VertexPositions& vertices, const Eigen::Vector3d& from,
-         const Eigen::Vector3d& along) {
-    for (const Triangle& t : skin) {
-      std::array<Eigen::Vector3d, 3> p;  // across in sections, height, depth
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Vector3d at = pointAt(vertices, t[k]);
-        const double way = (at - from).dot(along) / along.squaredNorm();
-        p[k] = {(way - kSightsFrom) / (1 - 2 * kSightsFrom) * asReal(kSights) - 0.5, at.y(), at.z()};
-      }
-      std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
-      const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
-      for (double s = std::max(0.0, std::ceil(p[0].x())); s <= last; ++s) {
-        const auto cut = [s](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
-          return a + (b.x() > a.x() ? (s - a.x()) / (b.x() - a.x()) : 0) * (b - a);
-        };
-        const Eigen::Vector3d one = cut(p[0], p[2]), other = s < p[1].x() ? cut(p[0], p[1]) : cut(p[1], p[2]);
-        sections_[unsignedIndex(wholePart(s))].emplace_back(one, other);
-      }
+  Sights(const VertexPositions& vertices, const Eigen::Vector3d& from, const Eigen::Vector3d& along)
+      : vertices_(vertices), from_(from), along_(along) {}
+
+  /// take(section, one end, other end) is told where a section cuts a triangle: across in sections, height, depth.
+  template <typename Take>
+  void cut(const Triangle& triangle, const Take& take) const {
+    std::array<Eigen::Vector3d, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d at = pointAt(vertices_, triangle[k]);
+      const double way = (at - from_).dot(along_) / along_.squaredNorm();
+      p[k] = {(way - kSightsFrom) / (1 - 2 * kSightsFrom) * asReal(kSights) - 0.5, at.y(), at.z()};
+    }
+    std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
+    const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
+    for (double s = std::max(0.0, std::ceil(p[0].x())); s <= last; ++s) {
+      const auto between = [s](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
+        return a + (b.x() > a.x() ? (s - a.x()) / (b.x() - a.x()) : 0) * (b - a);
+      };
+      take(unsignedIndex(wholePart(s)), between(p[0], p[2]), s < p[1].x() ? between(p[0], p[1]) : between(p[1], p[2]));
     }
   }
 
-  /// The foremost place of a section; nullopt: it has none.
-  [[nodiscard]] std::optional<Eigen::Vector3d> front(std::size_t section) const {
-    std::optional<Eigen::Vector3d> front;
-    for (const auto& [one, other] : sections_[section]) {
-      for (const Eigen::Vector3d* p : {&one, &other}) {
-        if (!front || p->z() > front->z()) front = *p;
-      }
+  /// The foremost place of a lip in each section; nullopt: it has none.
+  using Fronts = std::array<std::optional<Eigen::Vector3d>, kSights>;
+  [[nodiscard]] Fronts fronts(const std::vector<Triangle>& lip) const {
+    Fronts fronts;
+    for (const Triangle& t : lip) {
+      cut(t, [&](std::size_t section, const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
+        std::optional<Eigen::Vector3d>& front = fronts[section];
+        const Eigen::Vector3d& foremost = other.z() > one.z() ? other : one;
+        if (!front || foremost.z() > front->z()) front = foremost;
+      });
     }
-    return front;
+    return fronts;
   }
 
-  /// The tallest place between what lies before `depth`, from the height `low` to `high`.
-  [[nodiscard]] double slit(std::size_t section, double depth, double low, double high) const {
-    thread_local std::vector<std::pair<double, double>> covered;
+  /// The tallest place of each section between `skin` that lies no more than `deep` behind the lips' fronts, from the
+  /// one's to the other's height.
+  [[nodiscard]] std::array<double, kSights> slits(const Fronts& upper, const Fronts& lower, double deep,
+                                                  const std::vector<Triangle>& skin) const {
+    struct Covered {
+      std::size_t section;
+      double from, to;
+    };
+    thread_local std::vector<Covered> covered;
     covered.clear();
-    for (auto [behind, before] : sections_[section]) {
-      if (behind.z() > before.z()) std::swap(behind, before);
-      if (before.z() < depth) continue;
-      if (behind.z() < depth) behind += (depth - behind.z()) / (before.z() - behind.z()) * (before - behind);
-      covered.emplace_back(std::minmax(behind.y(), before.y()));
+    for (const Triangle& t : skin) {
+      cut(t, [&](std::size_t section, Eigen::Vector3d behind, Eigen::Vector3d before) {
+        if (!upper[section] || !lower[section]) return;
+        const double depth = std::min(upper[section]->z(), lower[section]->z()) - deep;
+        if (behind.z() > before.z()) std::swap(behind, before);
+        if (before.z() < depth) return;
+        if (behind.z() < depth) behind += (depth - behind.z()) / (before.z() - behind.z()) * (before - behind);
+        const auto [from, to] = std::minmax(behind.y(), before.y());
+        if (to > lower[section]->y() && from < upper[section]->y()) covered.push_back({section, from, to});
+      });
     }
-    std::sort(covered.begin(), covered.end());
-    double tallest = 0, up_to = low;
-    for (const auto& [from, to] : covered) {
-      tallest = std::max(tallest, std::min(from, high) - up_to);
-      up_to = std::max(up_to, to);
+    std::sort(covered.begin(), covered.end(), [](const Covered& a, const Covered& b) {
+      return a.section != b.section ? a.section < b.section : a.from < b.from;
+    });
+    std::array<double, kSights> tallest{};
+    auto next = covered.begin();
+    for (std::size_t s = 0; s < kSights; ++s) {
+      if (!upper[s] || !lower[s]) continue;
+      double up_to = lower[s]->y();
+      for (; next != covered.end() && next->section == s; ++next) {
+        tallest[s] = std::max(tallest[s], next->from - up_to);
+        up_to = std::max(up_to, next->to);
+      }
+      tallest[s] = std::max(tallest[s], upper[s]->y() - up_to);
     }
     return tallest;
   }
 
  private:
-  std::array<std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>, kSights> sections_;
+  const VertexPositions& vertices_;
+  const Eigen::Vector3d from_, along_;
 };
 
 /// Chooses what is measured, once, on the mesh at rest.
@@ -474,17 +498,15 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   };
   look(data_->lower, upper);
   look(data_->upper, lower);
-  const Sights above(data_->upper.surface.triangles, vertices, data_->from, data_->along),
-      below(data_->lower.surface.triangles, vertices, data_->from, data_->along),
-      all(data_->around, vertices, data_->from, data_->along);
+  const Sights sights(vertices, data_->from, data_->along);
+  const std::array<double, kSights> slits =
+      sights.slits(sights.fronts(data_->upper.surface.triangles), sights.fronts(data_->lower.surface.triangles),
+                   kDeepSight * data_->along.norm(), data_->around);
   for (std::size_t s = 0; s < kSights; ++s) {
-    const auto upper_front = above.front(s), lower_front = below.front(s);
-    if (!upper_front || !lower_front) continue;
-    const double depth = std::min(upper_front->z(), lower_front->z()) - kDeepSight * data_->along.norm();
     const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
     const double column = std::clamp((way - 0.25) / 0.5 * asReal(kColumns), 0.0, asReal(kColumns) - 0.5);
     double& tallest = contact.slits[unsignedIndex(wholePart(column))];
-    tallest = std::max(tallest, all.slit(s, depth, lower_front->y(), upper_front->y()));
+    tallest = std::max(tallest, slits[s]);
   }
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
