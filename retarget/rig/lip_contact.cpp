@@ -14,7 +14,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/triangle_tree.h"
+#include "deform/mesh/moving_triangles.h"
 #include "deform/surface/virtual_points.h"
 #include "retarget/rig/face_fit.h"
 
@@ -68,8 +68,10 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::vector<std::array<std::int32_t, 3>> over;  ///< edge opposite of corner k; kNone: the surface ends there
   std::unordered_map<std::uint32_t, std::vector<std::size_t>> around;
+  MovingTriangles tree;
 
-  void findNeighbours() {
+  void settle(const VertexPositions& rest) {
+    tree = MovingTriangles(rest, triangles);
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<std::size_t, std::size_t>> first;
     over.assign(triangles.size(), {kNone, kNone, kNone});
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -122,14 +124,7 @@ class Facing {
 class PosedSurface {
  public:
   PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface), vertices_(vertices), tree_(vertices, surface.triangles, TriangleTree::Use::kWithoutStarts) {}
-
-  /// Of what comes into `box` alone: places further off than it reaches are not to be asked for.
-  PosedSurface(const Surface& surface, const VertexPositions& vertices, const Eigen::AlignedBox3d& box)
-      : surface_(surface),
-        vertices_(vertices),
-        numbers_(trianglesIn(surface, vertices, box)),
-        tree_(vertices, trianglesOf(surface, *numbers_), TriangleTree::Use::kWithoutStarts) {}
+      : surface_(surface), vertices_(vertices), tree_(surface.tree, vertices) {}
 
   /// nullopt where no triangle is within `within`; NaN where the nearest place is one of `own`, the triangle that `p`
   /// lies on. `facing`: the normal there; inside is only what faces the other way, as the folds of one lip do not.
@@ -140,7 +135,7 @@ class PosedSurface {
     const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr, within);
     if (!foot) return std::nullopt;
     last_ = foot;
-    const std::size_t triangle = numbers_ ? (*numbers_)[foot->triangle] : foot->triangle;
+    const std::size_t triangle = foot->triangle;
     double in_common = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       if (std::find(own.begin(), own.end(), surface_.triangles[triangle][k]) != own.end())
@@ -187,26 +182,9 @@ class PosedSurface {
   }
 
  private:
-  static std::vector<std::size_t> trianglesIn(const Surface& surface, const VertexPositions& vertices,
-                                              const Eigen::AlignedBox3d& box) {
-    std::vector<std::size_t> numbers;
-    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-      Eigen::AlignedBox3d own;
-      for (const std::uint32_t v : surface.triangles[i]) own.extend(pointAt(vertices, v));
-      if (box.intersects(own)) numbers.push_back(i);
-    }
-    return numbers;
-  }
-  static std::vector<Triangle> trianglesOf(const Surface& surface, const std::vector<std::size_t>& numbers) {
-    std::vector<Triangle> triangles;
-    for (const std::size_t i : numbers) triangles.push_back(surface.triangles[i]);
-    return triangles;
-  }
-
   const Surface& surface_;
   const VertexPositions& vertices_;
-  std::optional<std::vector<std::size_t>> numbers_;  ///< of the tree's triangles; nullopt: all of the surface's
-  TriangleTree tree_;
+  MovingTriangles::Posed tree_;
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
@@ -331,7 +309,7 @@ class Chooser {
       lip.surface.triangles.push_back(triangle);
       addPoints(triangle, corners, lip.points);
     }
-    lip.surface.findNeighbours();
+    lip.surface.settle(mesh_.vertices);
     return lip;
   }
 
@@ -430,9 +408,9 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   }
   data->around = chooser.aroundLips();
   data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
-  data->teeth.findNeighbours();
+  data->teeth.settle(mesh.vertices);
   data->tongue.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kTongue}));
-  data->tongue.findNeighbours();
+  data->tongue.settle(mesh.vertices);
   data_ = std::move(data);
 }
 
@@ -440,18 +418,8 @@ LipContactMeter::LipContactMeter(LipContactMeter&&) noexcept = default;
 LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices, double widest) const {
-  PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
-  const auto boxAround = [&](double reach) {
-    Eigen::AlignedBox3d box;
-    for (const Lip* lip : {&data_->upper, &data_->lower}) {
-      for (const LipPoint& point : lip->points) box.extend(placeOf(point, vertices));
-    }
-    box.min().array() -= reach;
-    box.max().array() += reach;
-    return box;
-  };
-  PosedSurface teeth(data_->teeth, vertices, boxAround(data_->deepest)),
-      tongue(data_->tongue, vertices, boxAround(data_->deep_in_tongue));
+  PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices),
+      teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
   std::array<double, kColumns>& gaps = contact.gaps;
   for (std::size_t c = 0; c < kColumns; ++c) gaps[c] = data_->are_one[c] ? 0 : widest;

@@ -6,7 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <random>
+
+#include "deform/mesh/moving_triangles.h"
 
 namespace mouthpiece {
 namespace {
@@ -80,6 +83,41 @@ TEST_P(RandomSoups, TheClosestPointIsThatOfEveryTriangle) {
       EXPECT_FALSE(tree.closest(p, begin_at, nearest - 1e-6));
     }
   }
+}
+
+/// Made of another pose and with triangles that have lost their area it finds what a tree of this one does.
+TEST_P(RandomSoups, TrianglesThatHaveMovedAreWhereTheyAre) {
+  std::mt19937 random(GetParam());
+  Soup soup = randomSoup(random);
+  const MovingTriangles moving(soup.vertices, soup.triangles);
+  std::uniform_real_distribution<float> way(-3, 3);
+  for (float& x : soup.vertices.reshaped()) x += way(random);
+  for (std::size_t t = 1; t < soup.triangles.size(); t += 7)
+    soup.vertices.row(soup.triangles[t][2]) = soup.vertices.row(soup.triangles[t][0]);
+  const MovingTriangles::Posed posed(moving, soup.vertices);
+  const TriangleTree tree(soup.vertices, soup.triangles);
+  std::uniform_real_distribution<double> place(-15, 15);
+  std::optional<TriangleTree::Foot> last;
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d p(place(random), place(random), place(random));
+    const auto expected = tree.closest(p);
+    ASSERT_TRUE(expected);
+    const double nearest = (expected->point - p).norm();
+    const TriangleTree::Foot* const before = last ? &*last : nullptr;
+    for (const TriangleTree::Foot* begin_at : {static_cast<const TriangleTree::Foot*>(nullptr), before}) {
+      for (const double within : {std::numeric_limits<double>::infinity(), nearest + 1e-6}) {
+        const auto foot = posed.closest(p, begin_at, within);
+        ASSERT_TRUE(foot);
+        EXPECT_EQ(foot->triangle, expected->triangle);
+        EXPECT_LT((foot->point - expected->point).norm(), 1e-6);
+        EXPECT_LT((foot->weights - expected->weights).norm(), 1e-6);
+      }
+      EXPECT_FALSE(posed.closest(p, begin_at, nearest - 1e-6));
+    }
+    last = expected;
+  }
+  const MovingTriangles none;
+  EXPECT_FALSE(MovingTriangles::Posed(none, soup.vertices).closest({0, 0, 0}, nullptr, 1));
 }
 
 TEST_P(RandomSoups, ABoxTouchesTheTrianglesWhoseBoxesDo) {
