@@ -30,9 +30,8 @@ constexpr std::size_t kHeardLast = 2, kPhraseEnds = 15;
 constexpr std::size_t kBeforePhrase = 5, kLongestPhrase = 75;
 /// A word that ends nearer to the newest sound may not have ended.
 constexpr Seconds kMayGoOn = 0.2;
-/// What is found is waited for so much longer than until it is due. After so many in a row that failed none is heard
-/// for so many hops.
-constexpr std::chrono::milliseconds kLatest{1000}, kLatestStart{10000};
+/// The start is waited for so long. After so many in a row that failed none is heard for so many hops.
+constexpr std::chrono::milliseconds kLatestStart{10000};
 constexpr std::size_t kLatestHops = 25, kMostMissedInARow = 3, kTriedAgain = 1500;
 constexpr std::chrono::milliseconds kDueTime{kDue * 40};
 
@@ -108,14 +107,17 @@ HeardPhrase PhraseHearing::wordsIn(const Phrase& phrase, const std::stop_token& 
 }  // namespace
 
 struct LiveWords::State {
-  State(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
-      : hearing(std::move(network), lexicon, language), worker([this](const std::stop_token& stop) { work(stop); }) {}
+  State(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language,
+        std::chrono::milliseconds given_latest)
+      : latest(given_latest),
+        hearing(std::move(network), lexicon, language),
+        worker([this](const std::stop_token& stop) { work(stop); }) {}
 
   void work(const std::stop_token& stop);
   void take(std::span<const std::int16_t> samples, bool is_speech);
   void shorten();
   [[nodiscard]] bool wantsHearing() const;
-  bool isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits);
+  bool isThere(std::chrono::milliseconds within, const std::function<bool()>& waits);
   [[nodiscard]] bool isTooLate() const;
   void ask();
   std::optional<HeardPhrase> found();
@@ -123,6 +125,8 @@ struct LiveWords::State {
     ++missed;
     ++missed_in_a_row;
   }
+
+  const std::chrono::milliseconds latest;
 
   // Of the thread that pushes; in hops.
   std::vector<std::int16_t> phrase;
@@ -210,18 +214,18 @@ void LiveWords::State::ask() {
   changed.notify_all();
 }
 
-/// Whether the other thread has done what it was asked for, within `latest` while `waits` says so.
-bool LiveWords::State::isThere(std::chrono::milliseconds latest, const std::function<bool()>& waits) {
+/// Whether the other thread has done what it was asked for, `within` a time while `waits` says so.
+bool LiveWords::State::isThere(std::chrono::milliseconds within, const std::function<bool()>& waits) {
   constexpr std::chrono::milliseconds kAsksAgain{10};
   std::unique_lock lock(mutex);
-  for (std::chrono::milliseconds waited{0}; is_busy && waited < latest && (!waits || waits()); waited += kAsksAgain)
+  for (std::chrono::milliseconds waited{0}; is_busy && waited < within && (!waits || waits()); waited += kAsksAgain)
     changed.wait_for(lock, kAsksAgain, [this] { return !is_busy; });
   return !is_busy;
 }
 
 /// By the sound and by the clock: sound that waited comes faster than it was said.
 bool LiveWords::State::isTooLate() const {
-  return hops >= *due + kLatestHops && Clock::now() - asked_at >= kDueTime + kLatest;
+  return hops >= *due + kLatestHops && Clock::now() - asked_at >= kDueTime + latest;
 }
 
 /// What the other thread found; nothing where it failed or is still busy.
@@ -236,9 +240,10 @@ std::optional<HeardPhrase> LiveWords::State::found() {
   return std::exchange(answer, std::nullopt);
 }
 
-LiveWords::LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
-    : state_(std::make_unique<State>(std::move(network), lexicon, language)) {
-  state_->isThere(kLatestStart, {});
+LiveWords::LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language,
+                     std::chrono::milliseconds latest)
+    : state_(std::make_unique<State>(std::move(network), lexicon, language, latest)) {
+  state_->isThere(std::max(latest, kLatestStart), {});
   static_cast<void>(state_->found());
 }
 LiveWords::~LiveWords() = default;
@@ -253,7 +258,7 @@ std::optional<HeardPhrase> LiveWords::hear(std::span<const std::int16_t> samples
   state.take(samples, is_speech);
   std::optional<HeardPhrase> found;
   if (state.due && state.hops >= *state.due &&
-      (state.isThere(kLatest, waits) || !waits || waits() || state.isTooLate())) {
+      (state.isThere(state.latest, waits) || !waits || waits() || state.isTooLate())) {
     found = state.found();
     state.word_ends.clear();
     const std::vector<PhoneSegment> phones = found ? found->phones : std::vector<PhoneSegment>();
