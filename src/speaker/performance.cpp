@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/memory.h"
 #include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"

@@ -1,7 +1,6 @@
 #include "mouthpiece/speaker.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <future>
@@ -9,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/memory.h"
 #include "deform/mesh/mesh_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
@@ -29,12 +29,6 @@
 #include "voices/voice.h"
 
 namespace mouthpiece {
-
-void giveBackMemory() {
-#if defined(__GLIBC__)
-  malloc_trim(0);
-#endif
-}
 namespace {
 
 /// About three hours of speech: what a line has loaded of a larger corpus is given back before its face takes memory.

@@ -59,9 +59,6 @@ struct SharedFace::Data {
   std::shared_future<FaceRig> rig_;
 };
 
-/// Returns what is free to the system; small blocks stay with the process otherwise.
-void giveBackMemory();
-
 /// A performance behind the front door. What takes long is made when it is first asked for, under `mutex`.
 struct Performance::Data {
   /// Of a line whose motion was left for `later` with frames of no markers; joins, shares, mouth and what was heard
