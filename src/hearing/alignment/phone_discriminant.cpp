@@ -73,7 +73,7 @@ struct Spread {
   Eigen::VectorXd shares;  ///< of the classes
 };
 
-Spread spreadOf(const Eigen::MatrixXf& frames, const std::vector<Eigen::Index>& classes, Eigen::Index count) {
+Spread spreadOf(Eigen::MatrixXf frames, const std::vector<Eigen::Index>& classes, Eigen::Index count) {
   Spread spread{Eigen::MatrixXd::Zero(frames.rows(), count), {}, Eigen::VectorXd::Zero(count)};
   for (std::size_t t = 0; t < classes.size(); ++t) {
     spread.means.col(classes[t]) += frames.col(signedIndex(t)).cast<double>();
@@ -81,11 +81,10 @@ Spread spreadOf(const Eigen::MatrixXf& frames, const std::vector<Eigen::Index>& 
   }
   const double total = asReal(classes.size());
   spread.means.array().rowwise() /= spread.shares.transpose().array();
-  Eigen::MatrixXf apart = frames;
   for (std::size_t t = 0; t < classes.size(); ++t)
-    apart.col(signedIndex(t)) -= spread.means.col(classes[t]).cast<float>();
+    frames.col(signedIndex(t)) -= spread.means.col(classes[t]).cast<float>();
   Eigen::MatrixXf squares = Eigen::MatrixXf::Zero(frames.rows(), frames.rows());
-  squares.selfadjointView<Eigen::Lower>().rankUpdate(apart);
+  squares.selfadjointView<Eigen::Lower>().rankUpdate(frames);
   squares = squares.selfadjointView<Eigen::Lower>();
   spread.within = squares.cast<double>() / total;
   spread.within.diagonal() *= 1 + kHeldSpread;
