@@ -42,7 +42,8 @@ function samplesOf(bytes) {
 const folder = dirname(process.argv[1]);
 // Graphs that are made faster for longer than they run cost more than they save.
 const options = { intraOpNumThreads: 1, interOpNumThreads: 1, graphOptimizationLevel: 'basic' };
-const encoder = await InferenceSession.create(join(folder, 'encoder_model.onnx'), options);
+// What the encoder takes at once grows with the sound, and an arena keeps the most; the decoder's many small pieces need one.
+const encoder = await InferenceSession.create(join(folder, 'encoder_model.onnx'), { ...options, enableCpuMemArena: false });
 const decoder = await InferenceSession.create(join(folder, 'decoder_model_merged.onnx'), options);
 
 /** What the decoder keeps from token to token, nothing yet. */

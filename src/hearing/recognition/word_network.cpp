@@ -17,6 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs";
+/// In MiB: what has just been made is looked through so early that it takes little memory.
+constexpr const char* kYoungSpace = "--max-semi-space-size=2";
 constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
@@ -59,7 +61,7 @@ class WordNetwork::Asking {
     }
     const std::optional<fs::path> program = findProgram(kProgram);
     if (!program) throw InputError(std::string(kProgram), "", "is not there; sudo apt-get install nodejs");
-    const std::vector<std::string> arguments{fs::absolute(network_.folder_ / kScript).string()};
+    const std::vector<std::string> arguments{kYoungSpace, fs::absolute(network_.folder_ / kScript).string()};
     child_ = std::make_unique<AnsweringChild>(*program, arguments, std::string(kScript));
   }
   Asking(const Asking&) = delete;
