@@ -209,7 +209,14 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
   }
   SpokenLine line;
   line.audio = readRecording(source.audio);
-  HeardSpeech heard = (timed ? *timed : *recogniser).hear(line.audio, source.audio.string());
+  const bool is_long = line.audio.duration() > kReadTwice;
+  Recogniser& by = timed ? *timed : *recogniser;
+  HeardSpeech heard = by.hear(is_long ? std::exchange(line.audio, {}) : line.audio, source.audio.string());
+  if (is_long) {
+    recogniser.reset();  // to make it anew for the next line takes a second
+    giveBackMemory();
+    line.audio = readRecording(source.audio);
+  }
   line.labels = std::move(heard.labels);
   line.text = std::move(heard.text);
   heard_confidence = std::move(heard.confidence);

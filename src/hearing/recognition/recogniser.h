@@ -29,8 +29,9 @@ struct HeardSpeech {
 class Recogniser {
  public:
   virtual ~Recogniser() = default;
-  /// `name` stands for the sound in messages. Throws InputError where there is nothing to hear.
-  virtual HeardSpeech hear(const AudioClip& audio, std::string_view name) = 0;
+  /// `name` stands for the sound in messages. A sound that is moved here is let go before it is heard: what is
+  /// heard of it takes half as much or less. Throws InputError where there is nothing to hear.
+  virtual HeardSpeech hear(AudioClip audio, std::string_view name) = 0;
 };
 
 enum class HearAs {

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/memory.h"
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
@@ -48,6 +49,11 @@ constexpr double kLeastNearOrder = 0.15;
 constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
 /// What it gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
 constexpr Seconds kMargin = 0.2;
+/// A longer sound is heard by one after the other, for memory: by the network after the speaker is learnt, and by the
+/// rest after the network's program has ended. To start that anew takes a few thousandths of its time.
+constexpr Seconds kOneAfterTheOther = 300;
+/// The network's program grows with all that it has heard: after so many stretches a new one goes on.
+constexpr std::size_t kAskedOfOneProgram = 30;
 
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
@@ -97,7 +103,7 @@ class SoundRecogniser : public Recogniser {
     lines_.emplace(options_.hint, options_.known, *pronouncer_);
   }
 
-  HeardSpeech hear(const AudioClip& audio, std::string_view name) override;
+  HeardSpeech hear(AudioClip audio, std::string_view name) override;
 
  private:
   /// PocketSphinx, from when it is first asked.
@@ -226,12 +232,19 @@ void SoundRecogniser::collectPhones(const Stretch& stretch, const WordsHeard* wo
 
 std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
     std::span<const std::span<const std::int16_t>> stretches, HeardSpeech& heard) const {
+  std::vector<std::vector<NetworkWord>> words(stretches.size());
   try {
-    return options_.word_network->hear(stretches);
+    for (std::size_t first = 0; first < stretches.size(); first += kAskedOfOneProgram) {
+      if (first > 0) options_.word_network->endWaiting();
+      const std::size_t count = std::min(kAskedOfOneProgram, stretches.size() - first);
+      std::ranges::move(options_.word_network->hear(stretches.subspan(first, count)),
+                        words.begin() + signedIndex(first));
+    }
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears words was not heard ({})", error.what()));
-    return std::vector<std::vector<NetworkWord>>(stretches.size());
+    words.assign(stretches.size(), {});
   }
+  return words;
 }
 
 double SoundRecogniser::oddsOfKnown(const WordsHeard& words, const StretchHearing& hearing, double in_order) const {
@@ -412,8 +425,10 @@ std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::v
   return said;
 }
 
-HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name) {
+HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
+  const Seconds lasts = audio.duration();
   const std::vector<std::int16_t> samples = samplesToHear(audio);
+  audio = {};
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
   const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
@@ -424,15 +439,19 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
     with_margins.push_back(stretch.with_margins);
   }
   std::future<std::vector<std::vector<NetworkWord>>> network;
+  const bool is_long = lasts > kOneAfterTheOther;
   if (has_network && !said.empty())
-    network = std::async(std::launch::async, [&] { return networkWords(with_margins, heard); });
+    network = std::async(is_long ? std::launch::deferred : std::launch::async,
+                         [&] { return networkWords(with_margins, heard); });
   ear_.learn(std::exchange(options_.speaker, {}));
   ear_.adaptTo(stretches);
+  if (is_long) giveBackMemory();
   const std::vector<std::vector<NetworkWord>> by_network =
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
+  if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
   for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i].samples, said[i].start, by_network[i], all);
-  all.finish(name, audio.duration(), language_, options_.as != HearAs::kPhones, heard);
+  all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);
   return heard;
 }
 

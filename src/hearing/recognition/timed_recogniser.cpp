@@ -41,7 +41,7 @@ class TimedRecogniser : public Recogniser {
         language_(language),
         lexicon_(lexicon) {}
 
-  HeardSpeech hear(const AudioClip& audio, std::string_view name) override;
+  HeardSpeech hear(AudioClip audio, std::string_view name) override;
 
  private:
   struct Group {
@@ -170,7 +170,7 @@ void TimedRecogniser::alignGroup(const Group& group, const AudioClip& audio, Hea
   }
 }
 
-HeardSpeech TimedRecogniser::hear(const AudioClip& audio, std::string_view name) {
+HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
                                 times_.phones.empty() ? 0.0 : times_.phones.back().span.start);
   if (last >= audio.duration()) {

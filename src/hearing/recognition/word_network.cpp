@@ -118,6 +118,12 @@ std::vector<std::vector<NetworkWord>> WordNetwork::hear(std::span<const std::spa
   return words;
 }
 
+void WordNetwork::endWaiting() {
+  std::vector<std::unique_ptr<AnsweringChild>> ended;
+  const std::scoped_lock lock(changing_);
+  ended.swap(waiting_);
+}
+
 std::vector<std::vector<WordScore>> WordNetwork::score(std::span<const std::span<const std::int16_t>> sounds,
                                                        std::span<const std::vector<std::string>> texts) {
   MOUTHPIECE_EXPECT(texts.size() == sounds.size());

@@ -49,6 +49,9 @@ class WordNetwork {
   std::vector<std::vector<WordScore>> score(std::span<const std::span<const std::int16_t>> sounds,
                                             std::span<const std::vector<std::string>> texts);
 
+  /// Ends the programs that nobody asks just now, which have 0.3 GB each; who asks next waits for a start.
+  void endWaiting();
+
  private:
   class Asking;
 

@@ -254,19 +254,34 @@ TEST_F(BrokenNetwork, HearsNobodyInAGust) {
             "wind.wav: holds no speech that can be heard; expected speech");
 }
 
+/// A program that answers with its number.
+constexpr const char* kTellsItsNumber =
+    "import { readSync, writeSync } from 'node:fs';"
+    "const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;"
+    "  while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };"
+    "for (;;) { const count = read(8).readUInt32LE(0); read(2 * count); if (count > 16000) process.exit(3);"
+    "  writeSync(3, JSON.stringify([{ text: String(process.pid), log_probability: -1 }]) + '\\n'); }";
+
 /// The program goes on from recording to recording, and another one takes its place when it has failed.
 TEST_F(BrokenNetwork, IsStartedOnceUntilItFails) {
   const std::vector<std::int16_t> second(16000), long_one(160000);
   const std::vector<std::span<const std::int16_t>> sounds{second}, too_much{long_one};
-  WordNetwork network(
-      networkOf("import { readSync, writeSync } from 'node:fs';"
-                "const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;"
-                "  while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };"
-                "for (;;) { const count = read(8).readUInt32LE(0); read(2 * count); if (count > 16000) process.exit(3);"
-                "  writeSync(3, JSON.stringify([{ text: String(process.pid), log_probability: -1 }]) + '\\n'); }"));
+  WordNetwork network(networkOf(kTellsItsNumber));
   const std::string first = network.hear(sounds).at(0).at(0).text;
   EXPECT_EQ(network.hear(sounds).at(0).at(0).text, first);
   EXPECT_EQ(errorOf([&] { network.hear(too_much); }), "hear_words.mjs: failed: ");
+  EXPECT_NE(network.hear(sounds).at(0).at(0).text, first);
+}
+
+TEST_F(BrokenNetwork, IsEndedWhereNobodyAsks) {
+  const std::vector<std::int16_t> second(16000);
+  const std::vector<std::span<const std::int16_t>> sounds{second};
+  WordNetwork network(networkOf(kTellsItsNumber));
+  network.endWaiting();
+  const std::string first = network.hear(sounds).at(0).at(0).text;
+  EXPECT_TRUE(fs::exists("/proc/" + first));
+  network.endWaiting();
+  EXPECT_FALSE(fs::exists("/proc/" + first));
   EXPECT_NE(network.hear(sounds).at(0).at(0).text, first);
 }
 
