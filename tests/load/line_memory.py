@@ -19,11 +19,11 @@ import time
 TEXT = "She sells sea shells by the sea shore every morning"
 
 
-def own_kib(pid):
-    """RssAnon; 0 when the program has gone."""
+def status_kib(pid, name):
+    """A size of a program's status, RssAnon or so; 0 when it has gone."""
     try:
         for line in open(f"/proc/{pid}/status"):
-            if line.startswith("RssAnon:"):
+            if line.startswith(name + ":"):
                 return int(line.split()[1])
     except OSError:
         pass
@@ -38,7 +38,7 @@ def measured(command):
         pid, status, usage = os.wait4(program.pid, os.WNOHANG)
         if pid != 0:
             break
-        most_own = max(most_own, own_kib(program.pid))
+        most_own = max(most_own, status_kib(program.pid, "RssAnon"))
         time.sleep(0.0005)
     program.returncode = os.waitstatus_to_exitcode(status)
     if program.returncode != 0:

@@ -20,19 +20,10 @@ import tempfile
 import time
 import wave
 
+from line_memory import status_kib
+
 RATE = 16000
 LINES = ("She sells sea shells by the sea shore every morning.", "The birch canoe slid on the smooth planks.")
-
-
-def rss_kib(pid):
-    """VmRSS; 0 when the program has gone."""
-    try:
-        for line in open(f"/proc/{pid}/status"):
-            if line.startswith("VmRSS:"):
-                return int(line.split()[1])
-    except OSError:
-        pass
-    return 0
 
 
 def children(pid):
@@ -51,7 +42,7 @@ def most_together(command):
     program = subprocess.Popen(command)
     most = 0
     while program.poll() is None:
-        most = max(most, rss_kib(program.pid) + sum(rss_kib(child) for child in children(program.pid)))
+        most = max(most, sum(status_kib(pid, "VmRSS") for pid in [program.pid, *children(program.pid)]))
         time.sleep(0.02)
     if program.returncode != 0:
         sys.exit(f"{command[0]} failed: {program.returncode}")
