@@ -201,8 +201,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
 FaceFile readFaceFile(const std::filesystem::path& path) {
   const std::string bytes = readFile(path, kMaxFaceBytes);
   if (isHeadMesh(path))
-    throw InputError(path.string(), "",
-                     "is a head; expected a face, which `retarget fit --mesh HEAD --out FACE` makes of one");
+    throw InputError(path.string(), "", "is a head, no face yet; expected what `retarget fit` makes of it");
   return parseFaceFile(bytes, path.string());
 }
 

@@ -374,7 +374,7 @@ TEST_F(BadInput, OfSynth) {
   expectBadInput(speak({"--audio", "a.wav", "--transcript-file", folder_.write("none.txt", "").string()}), "none.txt");
   expectBadInput(speak({"--text", "now", "--face", folder_.write("clicks.json", "{}").string()}), "no valid CBOR");
   expectBadInput(speak({"--text", "now", "--face", folder_.write("head.OBJ", "v 0 0 0\n").string()}),
-                 "is a head; expected a face, which `retarget fit");
+                 "is a head, no face yet; expected what `retarget fit` makes of it");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.avi")}}, "talk.avi");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("noending")}}, "noending");
 }
