@@ -17,8 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kProgram = "node", kScript = "hear_words.mjs";
-/// In MiB: what has just been made is looked through so early that it takes little memory.
-constexpr const char* kYoungSpace = "--max-semi-space-size=2";
+/// An option of V8, in MiB: what has just been made is looked through so early that it takes little memory.
+constexpr const char* kYoungSpace = "-max-semi-space-size=2";
 constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
