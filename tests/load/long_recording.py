@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Two long recordings of which nobody knows the words, one three times as long: the memory that a minute more takes
+"""Two long recordings of which nobody knows the words, one twice as long: the memory that a minute more takes
 (docs/performance.md).
 
     long_recording.py --bin build/bin [--most-mib-a-minute 3.5] [--short-minutes 6]
@@ -86,11 +86,11 @@ def main():
             subprocess.run([synth, "--text", text, "--voice", "flite:rms", "--quiet", "-o", folder / "said.wav"], check=True)
             sentences.append(samples_of(folder / "said.wav"))
         taken = []
-        for minutes in (options.short_minutes, 3 * options.short_minutes):
+        for minutes in (options.short_minutes, 2 * options.short_minutes):
             write_recording(folder / "long.wav", sentences, minutes)
             taken.append(most_together([synth, "--audio", folder / "long.wav", "--quiet", "-o", folder / "motion.csv"]))
             print(f"{minutes:3} minutes  {taken[-1]:6.1f} MiB with its children", flush=True)
-        grows = (taken[1] - taken[0]) / (2 * options.short_minutes)
+        grows = (taken[1] - taken[0]) / options.short_minutes
         print(f"{grows:.2f} MiB a minute")
     return 1 if grows > options.most_mib_a_minute else 0
 
