@@ -102,7 +102,7 @@ class UnitDatabase {
   std::vector<PhoneColumns::Position> pair_begin_;  ///< kPhoneCount x kPhoneCount: where their places begin, and end
   std::vector<PhoneColumns::Position> pair_places_;
   std::unique_ptr<TakeFacts[]> facts_;         ///< one a take
-  std::unique_ptr<TakeShapes[]> shapes_;       ///< the same; null where shapes are kept by phone:
+  std::unique_ptr<TakeShapes[]> shapes_;       ///< the same; null where shapes are kept by phone
   std::unique_ptr<PlaceShapes> place_shapes_;  ///< null where they are kept by take
   std::unique_ptr<RecentMotion> recent_;
 };
