@@ -317,7 +317,7 @@ void appendWav(const AudioClip& clip, const AppendBytes& append) {
   header.writeU16(8 * kSample);
   header.writeBytes("data");
   header.writeU32(bytes);
-  append(header.takeBytes());
+  append(header.bytes());
   for (std::size_t first = 0; first < clip.samples.size(); first += kBlock) {
     ByteWriter block;
     for (const float sample : std::span(clip.samples).subspan(first, std::min(kBlock, clip.samples.size() - first))) {
@@ -325,7 +325,7 @@ void appendWav(const AudioClip& clip, const AppendBytes& append) {
       // 32768 is libsndfile's scale too: reading and writing again changes nothing.
       block.writeU16(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L));
     }
-    append(block.takeBytes());
+    append(block.bytes());
   }
 }
 
