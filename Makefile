@@ -90,7 +90,7 @@ format:
 	@tools/setup.sh lint
 	@git ls-files '*.h' '*.cpp' | xargs clang-format -i
 fuzz: setup
-	@tools/setup.sh lint
+	@tools/setup.sh test lint
 	@tools/fuzz.sh $(FUZZ_SECONDS)
 
 # tools/nightly.sh says what its parts are and which variables set how long they take.

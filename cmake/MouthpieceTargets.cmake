@@ -162,6 +162,7 @@ endfunction()
 
 # mouthpiece_rooms_of(SOURCE OUT): the rooms whose headers SOURCE includes, so that a target of one file builds no others.
 function(mouthpiece_rooms_of source out)
+  file(REAL_PATH ${source} source)
   file(STRINGS ${source} includes REGEX "^#include \"[^\"]+/[^/\"]+\"")
   set(rooms)
   foreach(include ${includes})

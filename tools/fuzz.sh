@@ -6,24 +6,24 @@
 set -eu
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-cmake --preset fuzz -DMOUTHPIECE_UNITY=ON >/dev/null
+cmake --preset asan -DMOUTHPIECE_UNITY=ON >/dev/null
 if [ $# -eq 0 ]; then
-  cmake --build build-fuzz -j "${JOBS:-$(nproc)}" --target fuzzers
+  cmake --build build-asan -j "${JOBS:-$(nproc)}" --target fuzzers
   set -- $(cd tests/fuzz && ls ./*_fuzz.cpp | sed 's|^./||; s|_fuzz.cpp$||')
 else
-  cmake --build build-fuzz -j "${JOBS:-$(nproc)}" --target $(printf '%s_fuzz ' "$@")
+  cmake --build build-asan -j "${JOBS:-$(nproc)}" --target $(printf '%s_fuzz ' "$@")
 fi
 failed=0
 for name in "$@"; do
-  scratch=build-fuzz/scratch/$name
+  scratch=build-asan/scratch/$name
   mkdir -p "$scratch"
   seeds=
   for folder in tests/fuzz/findings/$name tests/fuzz/corpora/$name; do [ ! -d "$folder" ] || seeds="$seeds $folder"; done
   dictionary=tests/fuzz/dictionaries/$name.dict
   [ -f "$dictionary" ] && dictionary="-dict=$dictionary" || dictionary=
-  log=build-fuzz/scratch/$name.log
+  log=build-asan/scratch/$name.log
   # shellcheck disable=SC2086
-  build-fuzz/fuzz/"$name"_fuzz "$scratch" $seeds $dictionary -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" \
+  build-asan/fuzz/"$name"_fuzz "$scratch" $seeds $dictionary -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" \
     -rss_limit_mb=3000 -timeout=20 -print_final_stats=1 -artifact_prefix="$scratch/" >"$log" 2>&1 || {
     failed=1
     tail -n 40 "$log"

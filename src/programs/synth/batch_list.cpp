@@ -94,9 +94,10 @@ std::map<Use, std::size_t> usesOf(const DelimitedTable::Row& first, const std::s
     for (std::size_t i = 0; i < first.cells.size(); ++i) {
       if (useOf(first.cells[i]) == use) candidates.push_back(i);
     }
-    const auto usual = std::find_if(candidates.begin(), candidates.end(), [&](std::size_t i) {
-      return plainColumnName(first.cells[i]) == names.substr(0, names.find(' '));
-    });
+    const auto usual = std::find_if(candidates.begin(), candidates.end(),
+                                    [&, usual_name = names.substr(0, names.find(' '))](std::size_t i) {
+                                      return plainColumnName(first.cells[i]) == usual_name;
+                                    });
     if (usual != candidates.end()) {
       uses[use] = *usual;
     } else if (candidates.size() > 1) {

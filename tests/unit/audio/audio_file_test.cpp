@@ -104,7 +104,7 @@ TEST_F(AudioFileTest, RefusesACodecThatIsNotOnTheList) {
                                                {"g.au", SF_FORMAT_AU | SF_FORMAT_G721_32}};
   for (const auto& [name, format] : kinds) {
     writeWithSndfile(file(name), format, 1, second);
-    const std::string error = errorOf([&] { readAudio(file(name)); });
+    const std::string error = errorOf([&, path = file(name)] { readAudio(path); });
     EXPECT_NE(error.find(": holds sound as "), std::string::npos) << name << ": " << error;
     EXPECT_NE(error.find("; expected PCM, floats, mu-law, A-law, ADPCM, FLAC, Vorbis, Opus or MP3"), std::string::npos)
         << name;

@@ -179,8 +179,8 @@ struct BadMesh {
 
 class BadMeshes : public ::testing::TestWithParam<BadMesh> {};
 TEST_P(BadMeshes, AreRefusedWithFilePlaceFoundAndExpected) {
-  const auto& [name, bytes, said] = GetParam();
-  EXPECT_EQ(errorOf([&] { parseFaceMesh(bytes, name); }), said);
+  const BadMesh& mesh = GetParam();
+  EXPECT_EQ(errorOf([&] { parseFaceMesh(mesh.bytes, mesh.name); }), mesh.said);
 }
 
 std::string plyOf(std::string_view header, std::string_view body = "") {

@@ -15,8 +15,8 @@ struct Refusal {
 };
 class RefusedTimes : public ::testing::TestWithParam<Refusal> {};
 TEST_P(RefusedTimes, AreToldWithTheirPlace) {
-  const auto& [name, text, said] = GetParam();
-  EXPECT_EQ(errorOf([&] { parseTimes(text, name); }), said);
+  const Refusal& times = GetParam();
+  EXPECT_EQ(errorOf([&] { parseTimes(times.text, times.name); }), times.said);
 }
 
 std::string rhubarbXml(const std::string& cue) {
