@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace mouthpiece {
@@ -41,6 +44,35 @@ struct FrameMaker {
     std::iota(which.begin(), which.end(), Eigen::Index{0});
     return frames(which);
   }
+  /// All frames in turn, some at once: `take` is told the first one's number and has a row of each for as long as it
+  /// runs.
+  void inBlocks(
+      const std::function<void(Eigen::Index first, const decltype(FaceAnimation::positions)& rows)>& take) const {
+    constexpr Eigen::Index kBlock = 64;
+    decltype(FaceAnimation::positions) rows;
+    for (Eigen::Index first = 0; first < frame_count; first += kBlock) {
+      rows.resize(std::min(kBlock, frame_count - first), width);
+      for (Eigen::Index row = 0; row < rows.rows(); ++row)
+        make(first + row, {rows.row(row).data(), static_cast<std::size_t>(width)});
+      take(first, rows);
+    }
+  }
 };
+
+/// The frames of what is held already.
+inline FrameMaker framesOf(FaceAnimation animation) {
+  const auto held = std::make_shared<const FaceAnimation>(std::move(animation));
+  return {held->frame_rate_hz, held->positions.rows(), held->positions.cols(), held->vertices,
+          [held](Eigen::Index frame, std::span<float> out) {
+            std::copy_n(held->positions.row(frame).data(), out.size(), out.data());
+          }};
+}
+
+/// Frames that will be gone through several times: held from the first on where they take little room, made anew each
+/// time where a line is long.
+inline FrameMaker heldIfShort(FrameMaker frames, double most_bytes = 256e6) {
+  const double bytes = static_cast<double>(frames.frame_count) * static_cast<double>(frames.width) * sizeof(float);
+  return bytes <= most_bytes ? framesOf(frames.all()) : frames;
+}
 
 }  // namespace mouthpiece

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <limits>
 #include <numeric>
 
 #include "base/errors.h"
@@ -81,81 +82,116 @@ std::vector<Eigen::Index> skinVertices(const FaceMesh& mesh) {
   return vertices;
 }
 
-/// Skin that the animation or a shape moves; shapes of one ARKit name are one.
-struct Problem {
-  std::vector<Eigen::Index> vertices;
-  Eigen::MatrixXf shapes;  ///< (3 * vertices) x 52
-  Eigen::MatrixXf motion;  ///< (3 * vertices) x frames
-  std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
-};
-
-Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven,
-                  const std::vector<bool>& is_bare) {
-  Problem problem;
-  for (const DrivenShape& shape : driven) problem.has_shape[unsignedIndex(shape.number)] = true;
-  const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
-  const float still = asFloat(1e-6 / mesh.metres_per_unit);
-  for (const Eigen::Index v : skinVertices(mesh)) {
-    bool moves =
-        is_bare[unsignedIndex(v)] &&
-        (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
-    for (std::size_t s = 0; s < driven.size() && !moves; ++s)
-      moves = driven[s].isSeenIn(v, is_bare) && driven[s].moves.row(v).cwiseAbs().maxCoeff() > still;
-    if (moves) problem.vertices.push_back(v);
-  }
-  const auto rows = 3 * signedIndex(problem.vertices.size());
-  problem.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
-  problem.motion.resize(rows, animation.positions.rows());
-  for (std::size_t i = 0; i < problem.vertices.size(); ++i) {
-    const Eigen::Index v = problem.vertices[i];
-    const Eigen::Index row = 3 * signedIndex(i);
-    problem.motion.middleRows<3>(row) =
-        (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
-    for (const DrivenShape& shape : driven) {
-      if (shape.isSeenIn(v, is_bare)) problem.shapes.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
-    }
-  }
-  return problem;
-}
-
 /// The middle half of the slit of the mouth (its corners always touch): of each step across it the pair of vertices
 /// that comes nearest in the motion. What counts is how much higher the upper one is, in mesh units: lips that roll
 /// pass each other in depth.
 struct Slit {
+  std::vector<SlitPair> pairs;
   Eigen::MatrixXf shapes;   ///< pairs x 52: what the shapes part them by
   Eigen::MatrixXf heights;  ///< pairs x frames: of the motion
   Eigen::VectorXf at_rest;  ///< pairs
 };
 
-Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
+Eigen::VectorXf heightsOf(const SlitPair& pair, const RowMajorMatrixF& rows) {
+  return rows.col(3 * signedIndex(pair.upper) + 1) - rows.col(3 * signedIndex(pair.lower) + 1);
+}
+
+/// Those of the middle half, of each step any number.
+std::vector<SlitPair> middlePairs(const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
   VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
   for (const DrivenShape& shape : driven) {
     if (kArkitNames[unsignedIndex(shape.number)] == "JawOpen") jaw += shape.moves;
   }
-  const auto heightsOf = [&](const SlitPair& pair) -> Eigen::RowVectorXf {
-    return animation.positions.col(3 * signedIndex(pair.upper) + 1) -
-           animation.positions.col(3 * signedIndex(pair.lower) + 1);
-  };
-  std::vector<SlitPair> pairs;
-  for (const SlitPair& pair : lipSlit(mesh, jaw)) {
-    if (pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4 || animation.positions.rows() == 0)
-      continue;
-    if (pairs.empty() || pairs.back().step != pair.step)
-      pairs.push_back(pair);
-    else if (heightsOf(pair).minCoeff() < heightsOf(pairs.back()).minCoeff())
-      pairs.back() = pair;
+  std::vector<SlitPair> pairs = lipSlit(mesh, jaw);
+  std::erase_if(pairs, [](const SlitPair& pair) {
+    return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4;
+  });
+  return pairs;
+}
+
+/// `lowest`: of each of `pairs` its least height in the motion.
+Slit slitOf(const std::vector<SlitPair>& pairs, const std::vector<float>& lowest, const FaceMesh& mesh,
+            const std::vector<DrivenShape>& driven, Eigen::Index frame_count) {
+  Slit slit;
+  std::vector<float> kept;
+  for (std::size_t i = 0; i < pairs.size() && frame_count > 0; ++i) {
+    if (slit.pairs.empty() || slit.pairs.back().step != pairs[i].step) {
+      slit.pairs.push_back(pairs[i]);
+      kept.push_back(lowest[i]);
+    } else if (lowest[i] < kept.back()) {
+      slit.pairs.back() = pairs[i];
+      kept.back() = lowest[i];
+    }
   }
-  const auto rows = signedIndex(pairs.size());
-  Slit slit{Eigen::MatrixXf::Zero(rows, kShapes), Eigen::MatrixXf(rows, animation.positions.rows()),
-            Eigen::VectorXf(rows)};
+  const auto rows = signedIndex(slit.pairs.size());
+  slit.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
+  slit.heights.resize(rows, frame_count);
+  slit.at_rest.resize(rows);
   for (Eigen::Index row = 0; row < rows; ++row) {
-    const Eigen::Index upper = pairs[unsignedIndex(row)].upper, lower = pairs[unsignedIndex(row)].lower;
+    const Eigen::Index upper = slit.pairs[unsignedIndex(row)].upper, lower = slit.pairs[unsignedIndex(row)].lower;
     for (const DrivenShape& shape : driven)
       slit.shapes(row, shape.number) += shape.moves(upper, 1) - shape.moves(lower, 1);
     slit.at_rest(row) = mesh.vertices(upper, 1) - mesh.vertices(lower, 1);
-    slit.heights.row(row) = heightsOf(pairs[unsignedIndex(row)]);
   }
   return slit;
+}
+
+/// What a blink does to the lid's edge, which least squares over all of the lid, and what smooths and spares weights,
+/// leave open in an eye that has closed.
+struct LidEdge {
+  Eigen::Index blink;              ///< number of the shape
+  std::vector<Eigen::Index> rows;  ///< of the edge
+  Eigen::VectorXf moves;           ///< rows: of the shape
+  Eigen::RowVectorXf seen;         ///< frames: `moves` times the motion
+};
+
+std::vector<LidEdge> lidEdgesOf(const Eigen::MatrixXf& shapes, Eigen::Index frame_count) {
+  constexpr float kEdge = 0.85F;  // of what the shape moves most
+  std::vector<LidEdge> edges;
+  for (const std::string_view name : {"EyeBlinkLeft", "EyeBlinkRight"}) {
+    const Eigen::Index blink = arkitIndex(name);
+    const auto lid = shapes.col(blink);
+    float most = 0;
+    for (Eigen::Index row = 0; row < lid.size(); row += 3) most = std::max(most, lid.segment<3>(row).norm());
+    if (!(most > 0)) continue;
+    LidEdge edge{blink, {}, {}, Eigen::RowVectorXf(frame_count)};
+    for (Eigen::Index row = 0; row < lid.size(); row += 3) {
+      if (lid.segment<3>(row).norm() >= kEdge * most) edge.rows.insert(edge.rows.end(), {row, row + 1, row + 2});
+    }
+    edge.moves = lid(edge.rows);
+    edges.push_back(std::move(edge));
+  }
+  return edges;
+}
+
+/// What the fit asks of the motion of some vertices, three rows each, gathered frame by frame.
+struct SeenMotion {
+  Eigen::MatrixXf shapes;  ///< rows x 52
+  RowMajorMatrixF seen;    ///< frames x 52: the motion times the shapes
+  std::vector<LidEdge> lids;
+  double squares = 0;  ///< of all motion
+
+  SeenMotion(Eigen::MatrixXf shapes_of, Eigen::Index frame_count)
+      : shapes(std::move(shapes_of)), seen(frame_count, kShapes), lids(lidEdgesOf(shapes, frame_count)) {}
+
+  /// `motion`: rows x frames from `first` on.
+  void add(Eigen::Index first, const Eigen::MatrixXf& motion) {
+    seen.middleRows(first, motion.cols()) = motion.transpose() * shapes;
+    for (LidEdge& lid : lids)
+      lid.seen.segment(first, motion.cols()) = lid.moves.transpose() * motion(lid.rows, Eigen::all);
+    for (Eigen::Index t = 0; t < motion.cols(); ++t) squares += static_cast<double>(motion.col(t).squaredNorm());
+  }
+};
+
+/// How far `vertices` are from where they rest, 3 rows each x frames.
+Eigen::MatrixXf motionOf(const RowMajorMatrixF& rows, std::span<const Eigen::Index> columns,
+                         const Eigen::Ref<const VertexPositions>& rest) {
+  Eigen::MatrixXf motion(3 * signedIndex(columns.size()), rows.rows());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    motion.middleRows<3>(3 * signedIndex(i)) =
+        (rows.middleCols<3>(3 * columns[i]).rowwise() - rest.row(signedIndex(i))).transpose();
+  }
+  return motion;
 }
 
 /// The median of the pairs of each frame: on coarse lips some have no vertex across from them, and gape while the lips
@@ -197,36 +233,24 @@ ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
   return closures;
 }
 
-/// A blink takes the lid's edge as far as `motion` does: least squares over all of the lid, and what smooths and spares
-/// weights, leave an eye open that has closed. `shapes`: (3 * vertices) x 52; `motion`: the same x frames.
-void closeLids(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, RowMajorMatrixF& weights) {
-  constexpr float kEdge = 0.85F;   // of what the shape moves most
+/// A blink takes the lid's edge as far as the motion does.
+void closeLids(const SeenMotion& motion, RowMajorMatrixF& weights) {
   constexpr float kWhole = 0.25F;  // weights below are left to fade out
-  for (const std::string_view name : {"EyeBlinkLeft", "EyeBlinkRight"}) {
-    const Eigen::Index blink = arkitIndex(name);
-    const auto lid = shapes.col(blink);
-    float most = 0;
-    for (Eigen::Index row = 0; row < lid.size(); row += 3) most = std::max(most, lid.segment<3>(row).norm());
-    if (!(most > 0)) continue;
-    std::vector<Eigen::Index> edge;
-    for (Eigen::Index row = 0; row < lid.size(); row += 3) {
-      if (lid.segment<3>(row).norm() >= kEdge * most) edge.insert(edge.end(), {row, row + 1, row + 2});
-    }
-    const Eigen::VectorXf moves = lid(edge);
+  for (const LidEdge& lid : motion.lids) {
     const Eigen::RowVectorXf left =
-        moves.transpose() * (motion(edge, Eigen::all) - shapes(edge, Eigen::all) * weights.transpose());
+        lid.seen - (lid.moves.transpose() * motion.shapes(lid.rows, Eigen::all)) * weights.transpose();
     for (Eigen::Index t = 0; t < weights.rows(); ++t) {
-      float& weight = weights(t, blink);
-      weight = std::clamp(weight + std::min(weight / kWhole, 1.0F) * left(t) / moves.squaredNorm(), 0.0F, 1.0F);
+      float& weight = weights(t, lid.blink);
+      weight = std::clamp(weight + std::min(weight / kWhole, 1.0F) * left(t) / lid.moves.squaredNorm(), 0.0F, 1.0F);
     }
   }
 }
 
 }  // namespace
 
-ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
+ArkitCurves fitArkit(const FrameMaker& given, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options) {
-  MOUTHPIECE_EXPECT(animation.positions.cols() == mesh.vertices.size());
+  MOUTHPIECE_EXPECT(given.width == mesh.vertices.size());
   if (std::none_of(shapes.names.begin(), shapes.names.end(),
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
     throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
@@ -238,23 +262,65 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
           fmt::format("found shapes of {} vertices; expected {}, as many as the fitted mesh has: fit the head again",
                       moves.rows(), mesh.vertices.rows()));
   }
+  const FrameMaker frames = heldIfShort(given);
   const std::vector<bool> is_bare = bareSkin(mesh);
   const std::vector<DrivenShape> driven = drivenShapes(shapes, is_bare);
-  const Problem problem = problemOf(animation, mesh, driven, is_bare);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
+
+  // Skin that the frames or a shape move, and the pairs of the slit that come nearest.
+  const std::vector<Eigen::Index> skin = skinVertices(mesh);
+  const std::vector<SlitPair> pairs = middlePairs(mesh, driven);
+  std::vector<float> lowest(pairs.size(), std::numeric_limits<float>::max());
+  std::vector<bool> moves(skin.size(), false);
+  const float still = asFloat(1e-6 / mesh.metres_per_unit);
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    moves[i] = std::any_of(driven.begin(), driven.end(), [&](const DrivenShape& shape) {
+      return shape.isSeenIn(skin[i], is_bare) && shape.moves.row(skin[i]).cwiseAbs().maxCoeff() > still;
+    });
+  }
+  frames.inBlocks([&](Eigen::Index, const RowMajorMatrixF& rows) {
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      if (moves[i] || !is_bare[unsignedIndex(skin[i])]) continue;
+      moves[i] = (rows.middleCols<3>(3 * skin[i]).rowwise() - mesh.vertices.row(skin[i])).cwiseAbs().maxCoeff() > still;
+    }
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      lowest[i] = std::min(lowest[i], heightsOf(pairs[i], rows).minCoeff());
+  });
+  std::vector<Eigen::Index> vertices;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    if (moves[i]) vertices.push_back(skin[i]);
+  }
+  const VertexPositions rest = mesh.vertices(vertices, Eigen::all);
+
   ArkitCurves curves;
-  curves.frame_rate_hz = animation.frame_rate_hz;
-  curves.has_shape = problem.has_shape;
-  const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  ShapeClosures closures = closuresOf(slitOf(animation, mesh, driven), mm_per_unit);
+  curves.frame_rate_hz = frames.frame_rate_hz;
+  curves.has_shape.assign(kArkitNames.size(), false);
+  // Shapes of one ARKit name are one.
+  Eigen::MatrixXf moved_by = Eigen::MatrixXf::Zero(3 * signedIndex(vertices.size()), kShapes);
+  for (const DrivenShape& shape : driven) {
+    curves.has_shape[unsignedIndex(shape.number)] = true;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (shape.isSeenIn(vertices[i], is_bare))
+        moved_by.block<3, 1>(3 * signedIndex(i), shape.number) += shape.moves.row(vertices[i]).transpose();
+    }
+  }
+  SeenMotion motion(std::move(moved_by), frames.frame_count);
+  Slit slit = slitOf(pairs, lowest, mesh, driven, frames.frame_count);
+  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
+    motion.add(first, motionOf(rows, vertices, rest));
+    for (std::size_t i = 0; i < slit.pairs.size(); ++i)
+      slit.heights.row(signedIndex(i)).segment(first, rows.rows()) = heightsOf(slit.pairs[i], rows);
+  });
+
+  const auto present = std::count(curves.has_shape.begin(), curves.has_shape.end(), true);
+  ShapeClosures closures = closuresOf(slit, mm_per_unit);
   curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
   // Where the weights leave lips apart that meet, they are asked for as much more all over: the
   // place that gapes alone is too little to be heard.
   constexpr int kRounds = 5;
   const Eigen::MatrixXf meant = closures.most;
   for (int round = 0; round < kRounds; ++round) {
-    RowMajorMatrixF weights =
-        fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
+    RowMajorMatrixF weights = fitShapeWeights(motion.shapes, motion.seen, unsignedIndex(present), options, &closures);
     const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - meant;
     std::size_t kept = 0;
     for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
@@ -272,24 +338,26 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     }
     if (curves.closures_kept == curves.closures) break;
   }
-  closeLids(problem.shapes, problem.motion, curves.weights);
-  double squares = 0, motion_squares = 0;
-  for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
-    const Eigen::VectorXf miss = problem.motion.col(t) - problem.shapes * curves.weights.row(t).transpose();
-    for (Eigen::Index row = 0; row < miss.size(); row += 3) {
-      const double square = static_cast<double>(miss.segment<3>(row).squaredNorm());
-      curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
-      squares += square;
+  closeLids(motion, curves.weights);
+  double squares = 0;
+  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
+    const Eigen::MatrixXf miss =
+        motionOf(rows, vertices, rest) - motion.shapes * curves.weights.middleRows(first, rows.rows()).transpose();
+    for (Eigen::Index t = 0; t < miss.cols(); ++t) {
+      for (Eigen::Index row = 0; row < miss.rows(); row += 3) {
+        const double square = static_cast<double>(miss.col(t).segment<3>(row).squaredNorm());
+        curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
+        squares += square;
+      }
     }
-    motion_squares += static_cast<double>(problem.motion.col(t).squaredNorm());
-  }
-  const double count = std::max(1.0, asReal(problem.vertices.size()) * asReal(problem.motion.cols()));
+  });
+  const double count = std::max(1.0, asReal(vertices.size()) * asReal(frames.frame_count));
   curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
-  curves.rms_motion_mm = mm_per_unit * std::sqrt(motion_squares / count);
+  curves.rms_motion_mm = mm_per_unit * std::sqrt(motion.squares / count);
   return curves;
 }
 
-RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
+RowMajorMatrixF takeLidsAndBrows(FrameMaker& frames, const FaceMesh& mesh, const FaceShapes& shapes) {
   const auto isTaken = [](int shape) {
     if (shape < 0) return false;
     const std::string_view name = kArkitNames[unsignedIndex(shape)];
@@ -303,48 +371,57 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
     if (isTaken(number) && shapes.moves[s].rows() == mesh.vertices.rows())
       own.push_back(drivenShape(number, shapes.moves[s], is_bare));
   }
-  if (own.empty() || animation.positions.rows() == 0) return {};
-  std::vector<std::uint32_t> columns = animation.vertices;
+  if (own.empty() || frames.frame_count == 0) return {};
+  std::vector<std::uint32_t> columns = frames.vertices;
   if (columns.empty()) {
     columns.resize(mesh.vertexCount());
     std::iota(columns.begin(), columns.end(), 0U);
   }
   // The region of a shape is where it does half of its most; further out it fades.
-  std::vector<std::pair<std::size_t, float>> region;  // of `columns`, and how wholly it is the shapes'
+  std::vector<Eigen::Index> region;  // of `columns`
+  std::vector<float> shares;         // how wholly each is the shapes'
   for (std::size_t i = 0; i < columns.size(); ++i) {
     float share = 0;
     for (const DrivenShape& shape : own) {
       if (shape.most > 0) share = std::max(share, 2 * shape.moves.row(columns[i]).norm() / shape.most);
     }
-    if (share > 0.1F) region.emplace_back(i, std::min(share, 1.0F));
-  }
-  const auto rows = 3 * signedIndex(region.size());
-  Eigen::MatrixXf moves = Eigen::MatrixXf::Zero(rows, kShapes), seen = moves, motion(rows, animation.positions.rows());
-  for (std::size_t r = 0; r < region.size(); ++r) {
-    const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
-    const std::uint32_t v = columns[region[r].first];
-    motion.middleRows<3>(row) =
-        (animation.positions.middleCols<3>(column).rowwise() - mesh.vertices.row(v)).transpose();
-    for (const DrivenShape& shape : own) {
-      moves.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
-      if (shape.isSeenIn(v, is_bare)) seen.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
-    }
+    if (share <= 0.1F) continue;
+    region.push_back(signedIndex(i));
+    shares.push_back(std::min(share, 1.0F));
   }
   if (region.empty()) return {};
-  RowMajorMatrixF weights = fitShapeWeights(seen, motion, own.size());
-  closeLids(seen, motion, weights);
+  const auto count = signedIndex(region.size());
+  Eigen::MatrixXf moves = Eigen::MatrixXf::Zero(3 * count, kShapes), seen = moves;
+  VertexPositions rest(count, 3);
+  for (Eigen::Index r = 0; r < count; ++r) {
+    const std::uint32_t v = columns[unsignedIndex(region[unsignedIndex(r)])];
+    rest.row(r) = mesh.vertices.row(v);
+    for (const DrivenShape& shape : own) {
+      moves.block<3, 1>(3 * r, shape.number) += shape.moves.row(v).transpose();
+      if (shape.isSeenIn(v, is_bare)) seen.block<3, 1>(3 * r, shape.number) += shape.moves.row(v).transpose();
+    }
+  }
+  SeenMotion motion(std::move(seen), frames.frame_count);
+  const FrameMaker whole = heldIfShort(std::move(frames));
+  whole.inBlocks(
+      [&](Eigen::Index first, const RowMajorMatrixF& rows) { motion.add(first, motionOf(rows, region, rest)); });
+  RowMajorMatrixF weights = fitShapeWeights(motion.shapes, motion.seen, own.size());
+  closeLids(motion, weights);
   constexpr float kSeen = 0.02F;  // a shape that never does more is left alone
   for (Eigen::Index k = 0; k < kShapes; ++k) {
     if (weights.col(k).maxCoeff() < kSeen) weights.col(k).setZero();
   }
+  frames = whole;
   if (weights.maxCoeff() <= 0) return {};
-  const Eigen::MatrixXf done = moves * weights.transpose();
-  for (std::size_t r = 0; r < region.size(); ++r) {
-    const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
-    const Eigen::MatrixXf left = (1 - region[r].second) * (motion.middleRows<3>(row) - done.middleRows<3>(row));
-    animation.positions.middleCols<3>(column) =
-        left.transpose().rowwise() + mesh.vertices.row(columns[region[r].first]);
-  }
+  frames.make = [=](Eigen::Index frame, std::span<float> out) {
+    whole.make(frame, out);
+    const Eigen::VectorXf done = moves * weights.row(frame).transpose();
+    for (Eigen::Index r = 0; r < count; ++r) {
+      Eigen::Map<Eigen::Vector3f> place(&out[unsignedIndex(3 * region[unsignedIndex(r)])]);
+      const Eigen::Vector3f home = rest.row(r);
+      place = home + (1 - shares[unsignedIndex(r)]) * (place - home - done.segment<3>(3 * r));
+    }
+  };
   return weights;
 }
 

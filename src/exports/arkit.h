@@ -52,22 +52,23 @@ struct ShapeClosures {
 /// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + sparsity sum_k w_tk + symmetry |w_left - w_right|^2
 /// + smoothness |w_t - w_(t-1)|^2, the pulls as shares of the mean energy of `shape_count` shapes; of shapes that undo
 /// each other (JawLeft and JawRight, a smile and a frown of one side) one at most is over zero in a frame, and
-/// MouthClose never exceeds JawOpen. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x
-/// frames. Returns frames x 52.
-RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+/// MouthClose never exceeds JawOpen. `shapes`: S, rows x 52, a column of zeros where there is none; `seen`: frames x
+/// 52, each d_t' S, all that is asked of the motion d. Returns frames x 52.
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
                                 const ArkitOptions& options = {}, const ShapeClosures* closures = nullptr);
 
-/// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
-/// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
-/// when no shape has an ARKit name, and for shapes of another mesh.
-ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
+/// Weights in [0, 1] that best reproduce `frames` of `mesh` with `shapes`: least squares over the vertices of skin
+/// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Frames are gone
+/// through three times, and take no room that grows with the line. Throws InputError when no shape has an ARKit name,
+/// and for shapes of another mesh.
+ArkitCurves fitArkit(const FrameMaker& frames, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
 
 /// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow..., arkitIndexAmong()) do
-/// in `animation`, some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region
-/// rests. What they do is taken out of `animation`, and where they move the skin most they alone are left to do it: a
-/// blink of the head's own slides over the eyeball, which a warp does not.
-RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes);
+/// in `frames`, of some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region
+/// rests. What they do is taken out of `frames`, and where they move the skin most they alone are
+/// left to do it: a blink of the head's own slides over the eyeball, which a warp does not.
+RowMajorMatrixF takeLidsAndBrows(FrameMaker& frames, const FaceMesh& mesh, const FaceShapes& shapes);
 
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers
 /// of the default layout is learnt from a head that has them all (sample_data/arkit/face66_shapes.json); markers of

@@ -101,8 +101,8 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
   for (std::size_t t = 0; t < lips.size(); ++t)
     moves.col(signedIndex(t)) += lips[t].rounding * pucker * shapes.col(arkitIndex("MouthPucker"));
   const ShapeClosures closures = closuresOf(learnt.rims_parted_mm, closedFrames(motion, rest, lips));
-  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(), {.closure = 300},
-                         &closures);
+  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves).matrix().transpose() * shapes,
+                         kArkitNames.size(), {.closure = 300}, &closures);
 }
 
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {

@@ -73,13 +73,13 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// so it never exceeds JawOpen, and what a jaw does behind closed lips is one weight, not two that hinder each other.
 class WeightDescent {
  public:
-  WeightDescent(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+  WeightDescent(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
                 const ArkitOptions& options, const ShapeClosures* closures)
       : gram_((shapes.transpose() * shapes).cast<double>()),
-        right_((motion.transpose() * shapes).cast<double>()),
-        weights_(RowMajor::Zero(motion.cols(), kShapes)),
-        pulled_(RowMajor::Zero(motion.cols(), kShapes)),
-        shut_(decltype(shut_)::Zero(motion.cols(), kShapes)) {
+        right_(seen.cast<double>()),
+        weights_(RowMajor::Zero(seen.rows(), kShapes)),
+        pulled_(RowMajor::Zero(seen.rows(), kShapes)),
+        shut_(decltype(shut_)::Zero(seen.rows(), kShapes)) {
     for (Eigen::Index k = 0; k < kShapes; ++k) {
       if (gram_(k, k) > 0) present_.push_back(k);
       Eigen::Index& mirror = mirrors_[unsignedIndex(k)];
@@ -236,9 +236,9 @@ class WeightDescent {
 
 }  // namespace
 
-RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
                                 const ArkitOptions& options, const ShapeClosures* closures) {
-  WeightDescent descent(shapes, motion, shape_count, options, closures);
+  WeightDescent descent(shapes, seen, shape_count, options, closures);
   descent.descend();
   // What one of two may do changes once the other is shut, and may meet a third.
   constexpr int kRounds = 4;

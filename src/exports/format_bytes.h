@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -18,14 +19,14 @@ namespace mouthpiece {
 struct ArkitCurves;
 struct FaceMesh;
 
-/// Every vertex of every frame, in the mesh's own vertex order and unit (docs/formats/pc2_mdd.md).
-/// PC2, little-endian: 3ds Max, Blender's mesh cache, Houdini.
-std::string pc2Bytes(const FaceAnimation& animation);
+/// Every vertex of every frame, in the mesh's own vertex order and unit (docs/formats/pc2_mdd.md), written as they are
+/// made. PC2, little-endian: 3ds Max, Blender's mesh cache, Houdini.
+void writePc2(const std::filesystem::path& path, const FrameMaker& frames);
 /// MDD, big-endian: LightWave, Blender, Maya plug-ins.
-std::string mddBytes(const FaceAnimation& animation);
+void writeMdd(const std::filesystem::path& path, const FrameMaker& frames);
 /// One OBJ a frame, each with area-weighted normals (`vn`), all triangles, parts as `usemtl`; `take` gets them in
 /// turn, since together they would be the largest thing in memory.
-void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
+void objFrames(const FaceMesh& mesh, const FrameMaker& frames,
                const std::function<void(std::size_t frame, const std::string& bytes)>& take);
 
 /// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took (`timing`,

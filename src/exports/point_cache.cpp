@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "base/file_parts.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
@@ -34,12 +35,25 @@ struct Counts {
 };
 
 /// Both formats count in signed 32 bits.
-Counts countsOf(const FaceAnimation& animation) {
-  const auto& positions = animation.positions;
-  MOUTHPIECE_EXPECT(animation.frame_rate_hz > 0 && positions.cols() % 3 == 0);
-  MOUTHPIECE_EXPECT(positions.rows() <= std::numeric_limits<std::int32_t>::max());
-  MOUTHPIECE_EXPECT(positions.cols() / 3 <= std::numeric_limits<std::int32_t>::max());
-  return {static_cast<std::uint32_t>(positions.rows()), static_cast<std::uint32_t>(positions.cols() / 3)};
+Counts countsOf(const FrameMaker& frames) {
+  MOUTHPIECE_EXPECT(frames.frame_rate_hz > 0 && frames.width % 3 == 0);
+  MOUTHPIECE_EXPECT(frames.frame_count <= std::numeric_limits<std::int32_t>::max());
+  MOUTHPIECE_EXPECT(frames.width / 3 <= std::numeric_limits<std::int32_t>::max());
+  return {static_cast<std::uint32_t>(frames.frame_count), static_cast<std::uint32_t>(frames.width / 3)};
+}
+
+/// All frames' positions behind `header`.
+void writeCache(const std::filesystem::path& path, const std::string& header, const FrameMaker& frames,
+                std::endian order) {
+  writeFileInParts(path, [&](const AppendBytes& append) {
+    append(header);
+    std::string bytes;
+    frames.inBlocks([&](Eigen::Index, const RowMajorMatrixF& rows) {
+      bytes.clear();
+      appendFloats(bytes, rows.data(), unsignedIndex(rows.size()), order);
+      append(bytes);
+    });
+  });
 }
 
 /// The same triangles, by part, after every frame's vertices.
@@ -57,44 +71,39 @@ std::string faceLines(const FaceMesh& mesh) {
 
 }  // namespace
 
-std::string pc2Bytes(const FaceAnimation& animation) {
-  const Counts counts = countsOf(animation);
-  std::string bytes("POINTCACHE2\0", 12);
-  bytes.reserve(32 + unsignedIndex(animation.positions.size()) * sizeof(float));
-  appendWord(bytes, 1, std::endian::little);  // version
-  appendWord(bytes, counts.vertices, std::endian::little);
+void writePc2(const std::filesystem::path& path, const FrameMaker& frames) {
+  const Counts counts = countsOf(frames);
+  std::string header("POINTCACHE2\0", 12);
+  appendWord(header, 1, std::endian::little);  // version
+  appendWord(header, counts.vertices, std::endian::little);
   const float start_and_step[2] = {0.0F, 1.0F};  // frames
-  appendFloats(bytes, start_and_step, 2, std::endian::little);
-  appendWord(bytes, counts.frames, std::endian::little);
-  appendFloats(bytes, animation.positions.data(), unsignedIndex(animation.positions.size()),
-               std::endian::little);
-  return bytes;
+  appendFloats(header, start_and_step, 2, std::endian::little);
+  appendWord(header, counts.frames, std::endian::little);
+  writeCache(path, header, frames, std::endian::little);
 }
 
-std::string mddBytes(const FaceAnimation& animation) {
-  const Counts counts = countsOf(animation);
-  std::string bytes;
-  bytes.reserve(8 + 4 * std::size_t{counts.frames} + unsignedIndex(animation.positions.size()) * 4);
-  appendWord(bytes, counts.frames, std::endian::big);
-  appendWord(bytes, counts.vertices, std::endian::big);
+void writeMdd(const std::filesystem::path& path, const FrameMaker& frames) {
+  const Counts counts = countsOf(frames);
+  std::string header;
+  appendWord(header, counts.frames, std::endian::big);
+  appendWord(header, counts.vertices, std::endian::big);
   for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
-    const auto time = asFloat(frame / animation.frame_rate_hz);
-    appendFloats(bytes, &time, 1, std::endian::big);
+    const auto time = asFloat(frame / frames.frame_rate_hz);
+    appendFloats(header, &time, 1, std::endian::big);
   }
-  appendFloats(bytes, animation.positions.data(), unsignedIndex(animation.positions.size()),
-               std::endian::big);
-  return bytes;
+  writeCache(path, header, frames, std::endian::big);
 }
 
-void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
+void objFrames(const FaceMesh& mesh, const FrameMaker& frames,
                const std::function<void(std::size_t frame, const std::string& bytes)>& take) {
-  const Counts counts = countsOf(animation);
+  const Counts counts = countsOf(frames);
   MOUTHPIECE_EXPECT(counts.vertices == unsignedIndex(mesh.vertices.rows()));
   const std::string faces = faceLines(mesh);
+  std::vector<float> row(unsignedIndex(frames.width));
   for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
-    const float* row = animation.positions.row(frame).data();
+    frames.make(frame, row);
     const VertexPositions normals =
-        vertexNormals(Eigen::Map<const VertexPositions>(row, mesh.vertices.rows(), 3), mesh.triangles);
+        vertexNormals(Eigen::Map<const VertexPositions>(row.data(), mesh.vertices.rows(), 3), mesh.triangles);
     std::string text;
     for (std::size_t v = 0; v < counts.vertices; ++v) {
       fmt::format_to(std::back_inserter(text), "v {} {} {}\n", row[3 * v], row[3 * v + 1], row[3 * v + 2]);

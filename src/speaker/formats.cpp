@@ -143,9 +143,9 @@ std::string pageOf(const Source& source) {
   const std::string glb = withoutDraco(source.smallGlb(), face.rig().name());
   const std::string packed = edits ? source.packedLine(*edits) : "";
   const std::string engine = packed.empty() ? "" : readFile(pageEngineFile());
-  return viewHtml(page_template, {animation, glb, face.rig().mesh(), face.rig().name(), face.rig().markerNames(),
-                                  source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed,
-                                  source.shownFromGlb()});
+  return viewHtml(page_template,
+                  {animation, glb, face.rig().mesh(), face.rig().name(), face.rig().markerNames(),
+                   source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed, source.shownFromGlb()});
 }
 
 // What fits a longer ending comes before what fits its end.
@@ -239,9 +239,9 @@ constexpr std::array kRows = {
     Row{{".html", "view.html", "a page that shows it, one file", true, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, pageOf(source)); }},
     Row{{".pc2", "face.pc2", "every vertex of every frame, a point cache", true},
-        [](const fs::path& path, const Source& source) { writeFileAtomically(path, pc2Bytes(source.allVertices())); }},
+        [](const fs::path& path, const Source& source) { writePc2(path, source.frames()); }},
     Row{{".mdd", "face.mdd", "the same as MDD", true},
-        [](const fs::path& path, const Source& source) { writeFileAtomically(path, mddBytes(source.allVertices())); }},
+        [](const fs::path& path, const Source& source) { writeMdd(path, source.frames()); }},
     Row{{".json", "report.json", "what it is made of and how long it took", false, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.report()); }},
 };

@@ -47,7 +47,7 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   const ShapeMaker maker(own.rig(), own.file, by.actor, markers, by.curve_model.poses());
   const ShapeSet set = maker.make(is_arkit ? ShapeVocabulary::kArkit : ShapeVocabulary::kOculus);
   const OwnShapeWeights weights =
-      is_arkit ? OwnShapeWeights{fitArkit(uprightVertices(), mesh, {set.names, set.moves}).weights, arkitIndex}
+      is_arkit ? OwnShapeWeights{fitArkit(uprightFrames(), mesh, {set.names, set.moves}).weights, arkitIndex}
                : visemeWeights(animation);
   PrincipalShapes shapes = shapesWithoutMotion(set, mesh);
   if (!given.empty()) {

@@ -19,28 +19,6 @@
 namespace mouthpiece {
 namespace {
 
-/// Of an animation that is held as a whole.
-constexpr double kMaxFaceAnimationBytes = 6e9;
-
-FaceAnimation allOf(const FrameMaker& frames) {
-  const double bytes = asReal(frames.frame_count) * asReal(frames.width) * sizeof(float);
-  if (bytes > kMaxFaceAnimationBytes) {
-    throw InputError(fmt::format(
-        "the line lasts {:.0f} s: all its vertices would take {:.0f} GB of memory; expected at most {:.0f} (split the "
-        "line, or ask for the page, GLB, FBX or USD on a head without shapes of its own)",
-        asReal(frames.frame_count) / frames.frame_rate_hz, bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
-  }
-  return frames.all();
-}
-
-/// Positions as the mesh file has them: a face is fitted upright.
-void turnBack(const Eigen::Matrix3d& upright_from_mesh, FaceAnimation& animation) {
-  if (upright_from_mesh.isIdentity(0)) return;
-  const Eigen::Matrix3f turn = upright_from_mesh.cast<float>();
-  for (Eigen::Index v = 0; v < animation.positions.cols() / 3; ++v)
-    animation.positions.middleCols<3>(3 * v) = (animation.positions.middleCols<3>(3 * v) * turn).eval();
-}
-
 std::optional<HeadAnimation> headTrack(const Performance::Data& line) {
   HeadAnimation track;
   for (const Eigen::Quaternionf& turn : line.headTurns())
@@ -201,9 +179,7 @@ const PrincipalShapes& Performance::Data::shapes() const {
                                      : uprightFrames();
     const FaceShapes own = ownShapes();
     if (own.names.empty()) return principalShapes(frames, rig.restVertices(), rig.metresPerUnit());
-    FaceAnimation moving = allOf(frames);
-    driveOwnShapes(own, moving);
-    return principalShapes(moving, rig.restVertices(), rig.metresPerUnit());
+    return principalShapes(driveOwnShapes(own, frames), rig.restVertices(), rig.metresPerUnit());
   });
   return *shapes_;
 }
@@ -248,7 +224,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
       // EyeLook... takes the lids along by itself: what is fitted looks ahead.
       const FaceRig& rig = needFace().rig();
       const FaceMotion ahead = rig.retarget(clip(), actor ? &*actor : nullptr, animation.lips);
-      fit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes);
+      fit_of_head_ = fitArkit(framesOf(ahead, {}), rig.mesh(), shapes);
       arkit_of_head_ = std::exchange(fit_of_head_->weights, {});
     }
     addGaze(animation.gaze, *arkit_of_head_);
@@ -256,14 +232,15 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
   return *arkit_of_head_;
 }
 
-void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const {
+FrameMaker Performance::Data::driveOwnShapes(const FaceShapes& shapes, FrameMaker moving) const {
   RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig().mesh(), shapes);
-  if (weights.size() == 0) return;
+  if (weights.size() == 0) return moving;
   const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
   own_shapes_ = OwnShapeWeights{std::move(weights), [most, names = shapes.names](std::string_view name) {
                                   const int shape = arkitIndexAmong(name, names);
                                   return shape >= 0 && most(shape) > 0 ? shape : -1;
                                 }};
+  return moving;
 }
 
 std::string Performance::Data::glb() const {
@@ -323,12 +300,17 @@ FrameMaker Performance::Data::framesOf(const FaceMotion& moving, std::span<const
 
 FrameMaker Performance::Data::uprightFrames() const { return framesOf(faceMotion(), animation.gaze); }
 
-FaceAnimation Performance::Data::uprightVertices() const { return allOf(uprightFrames()); }
-
-FaceAnimation Performance::Data::allVertices() const {
-  FaceAnimation all = uprightVertices();
-  turnBack(needFace().file.upright_from_mesh, all);
-  return all;
+FrameMaker Performance::Data::frames() const {
+  FrameMaker frames = uprightFrames();
+  const Eigen::Matrix3d& upright_from_mesh = needFace().file.upright_from_mesh;
+  if (upright_from_mesh.isIdentity(0)) return frames;
+  frames.make = [upright = std::move(frames.make), turn = Eigen::Matrix3f(upright_from_mesh.cast<float>())](
+                    Eigen::Index frame, std::span<float> out) {
+    upright(frame, out);
+    Eigen::Map<VertexPositions> places(out.data(), signedIndex(out.size() / 3), 3);
+    places = (places * turn).eval();
+  };
+  return frames;
 }
 
 const RowMajorMatrixF& Performance::Data::arkit() const {

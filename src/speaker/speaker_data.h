@@ -102,10 +102,9 @@ struct Performance::Data {
   [[nodiscard]] std::string smallGlb() const;
   /// From the scene of what glb() gave to upright metres.
   [[nodiscard]] Eigen::Matrix3d shownFromGlb() const;
-  /// Every vertex of every frame, the mesh's unit and orientation as its file has them.
-  [[nodiscard]] FaceAnimation allVertices() const;
+  /// Every vertex of every frame, the mesh's unit and orientation as its file has them. This must outlive the frames.
+  [[nodiscard]] FrameMaker frames() const;
   /// The same, upright as the face was fitted.
-  [[nodiscard]] FaceAnimation uprightVertices() const;
   [[nodiscard]] FrameMaker uprightFrames() const;
   [[nodiscard]] VertexPositions verticesAt(FrameIndex frame) const;
   /// Upright, of another motion of the same frames; it and `gaze` must outlive the frames.
@@ -147,8 +146,9 @@ struct Performance::Data {
  private:
   /// The face's own shapes, upright as the face was fitted; none where it did not come as a GLB.
   [[nodiscard]] FaceShapes ownShapes() const;
-  /// Leaves lids and brows to the head's own `shapes`, where it has such and the motion moves them.
-  void driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const;
+  /// What is left of `moving` once lids and brows are left to the head's own `shapes`, where it has such and the motion
+  /// moves them.
+  [[nodiscard]] FrameMaker driveOwnShapes(const FaceShapes& shapes, FrameMaker moving) const;
 
   void makePieces(const MotionInPieces::Take& take) const;
 

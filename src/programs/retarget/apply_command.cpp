@@ -129,7 +129,7 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
     throw InputError(mesh_path.string(), "",
                      "has no morph targets; expected a GLB with ARKit's shapes, or --out NAME.arkit.csv, whose weights "
                      "follow the markers where a head has none");
-  const ArkitCurves curves = fitArkit(performance.uprightVertices(), face.rig().mesh(), shapes);
+  const ArkitCurves curves = fitArkit(performance.uprightFrames(), face.rig().mesh(), shapes);
   writeFileAtomically(given.out, isLiveLink(given.out) ? liveLinkCsv(curves)
                                                        : glbWithArkitAnimation(bytes, mesh_path.string(), curves));
   if (!given.quiet) {
@@ -172,7 +172,7 @@ int runApply(const ApplyArguments& given) {
   if (given.arkit || (isLiveLink(given.out) && !by_markers)) {
     writeArkit(given, *performance);
   } else if (given.out.extension().empty()) {
-    objFrames(face.rig().mesh(), performance->allVertices(), [&](std::size_t frame, const std::string& bytes) {
+    objFrames(face.rig().mesh(), performance->frames(), [&](std::size_t frame, const std::string& bytes) {
       writeFileAtomically(given.out / fmt::format("{}.{:04}.obj", face.rig().name(), frame), bytes);
     });
   } else {

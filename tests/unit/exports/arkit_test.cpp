@@ -72,7 +72,7 @@ TEST(Arkit, FindsTheWeightsThatMadeAMotion) {
     const float way = 0.5F - 0.5F * std::cos(0.15F * static_cast<float>(t));
     weights.row(t) << 0.8F * way, 0.3F * way, 0.6F, 0.4F * way, 0.4F * way;
   }
-  const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes);
+  const ArkitCurves curves = fitArkit(framesOf(animationOf(head, weights)), head.mesh, head.shapes);
   for (Eigen::Index s = 0; s < weights.cols(); ++s) {
     const int shape = arkitIndex(head.shapes.names[static_cast<std::size_t>(s)]);
     EXPECT_LT((curves.weights.col(shape) - weights.col(s)).cwiseAbs().maxCoeff(), kWeightWithin)
@@ -85,7 +85,7 @@ TEST(Arkit, KeepsWeightsBetweenZeroAndOne) {
   const Head head = headWith({"jawOpen", "mouthPucker"});
   Eigen::MatrixXf weights = Eigen::MatrixXf::Constant(10, 2, 1.7F);
   weights.col(1).setConstant(-0.4F);
-  const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes);
+  const ArkitCurves curves = fitArkit(framesOf(animationOf(head, weights)), head.mesh, head.shapes);
   EXPECT_GE(curves.weights.minCoeff(), 0);
   EXPECT_LE(curves.weights.maxCoeff(), 1);
   EXPECT_EQ(curves.weights.col(arkitIndex("mouthPucker")).maxCoeff(), 0);
@@ -99,7 +99,8 @@ TEST(Arkit, SmoothnessTakesTremblingAway) {
   Eigen::MatrixXf weights(80, 2);
   for (Eigen::Index i = 0; i < weights.size(); ++i) weights.data()[i] = noise(random);
   const auto change = [&](double smoothness) {
-    const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes, {.smoothness = smoothness});
+    const ArkitCurves curves =
+        fitArkit(framesOf(animationOf(head, weights)), head.mesh, head.shapes, {.smoothness = smoothness});
     const Eigen::VectorXf jaw = curves.weights.col(arkitIndex("jawOpen"));
     return (jaw.tail(79) - jaw.head(79)).norm();
   };
@@ -144,34 +145,36 @@ TEST(Arkit, BlinksAsFarAsTheLidWhateverItsLashesDo) {
     animation.positions.row(t) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
   }
   const Eigen::Index blink = arkitIndex("eyeBlinkLeft"), brow = arkitIndex("browInnerUp");
-  const ArkitCurves curves = fitArkit(animation, head.mesh, head.shapes);
-  const FaceAnimation blinking = animation;
-  const RowMajorMatrixF taken = takeLidsAndBrows(animation, head.mesh, head.shapes);
+  const ArkitCurves curves = fitArkit(framesOf(animation), head.mesh, head.shapes);
+  FrameMaker frames = framesOf(animation);
+  const RowMajorMatrixF taken = takeLidsAndBrows(frames, head.mesh, head.shapes);
+  const FaceAnimation left = frames.all();
   for (const RowMajorMatrixF& weights : {curves.weights, taken}) {
     EXPECT_GT(weights(35, blink), 0.98F);
     EXPECT_EQ(weights(10, blink), 0);
     EXPECT_NEAR(weights(35, brow), 0.5F, kWeightWithin);
   }
   head.shapes.names[0] = "blink";
-  FaceAnimation again = blinking;
+  FrameMaker again = framesOf(animation);
   EXPECT_EQ(takeLidsAndBrows(again, head.mesh, head.shapes), taken) << "both eyes' is the left one's";
   head.shapes.names[1] = "eyeBlinkRight";
-  again = blinking;
+  again = framesOf(animation);
   EXPECT_EQ(takeLidsAndBrows(again, head.mesh, head.shapes).col(blink).maxCoeff(), 0) << "one eye's goes before";
   for (Eigen::Index v = kLid / 2 + 1; v < kLid; ++v)
-    EXPECT_NEAR(animation.positions(35, 3 * v + 1), head.mesh.vertices(v, 1), 1e-3F) << "the shape alone moves the lid";
+    EXPECT_NEAR(left.positions(35, 3 * v + 1), head.mesh.vertices(v, 1), 1e-3F) << "the shape alone moves the lid";
 }
 
 TEST(Arkit, RefusesAHeadWithoutSuchShapes) {
   const Head head = headWith({"happy", "sad"});
-  EXPECT_THROW((void)fitArkit(animationOf(head, Eigen::MatrixXf::Zero(3, 2)), head.mesh, head.shapes), InputError);
+  EXPECT_THROW((void)fitArkit(framesOf(animationOf(head, Eigen::MatrixXf::Zero(3, 2))), head.mesh, head.shapes),
+               InputError);
 }
 
 TEST(Arkit, ShapesOfAnotherMeshAreRefused) {
   Head head = headWith({"jawOpen", "mouthSmile_L", "mouthSmile_R"});
   const FaceAnimation animation = animationOf(head, Eigen::MatrixXf::Zero(3, 2));
   for (VertexPositions& moves : head.shapes.moves) moves.conservativeResize(moves.rows() + 1000, 3);
-  EXPECT_THROW((void)fitArkit(animation, head.mesh, head.shapes), InputError);
+  EXPECT_THROW((void)fitArkit(framesOf(animation), head.mesh, head.shapes), InputError);
 }
 
 TEST(Arkit, CsvHasALineAFrameAndLiveLinksColumns) {
@@ -276,8 +279,8 @@ TEST(FitShapeWeights, ClosedLipsArePressed) {
   const Eigen::MatrixXf motion = Eigen::MatrixXf::Constant(2, 12, 0.5F);
   ShapeClosures closures{shapes, motion, motion, std::vector<bool>(12, false)};
   for (std::size_t t = 6; t < 12; ++t) closures.in_frame[t] = true;
-  const RowMajorMatrixF weights =
-      fitShapeWeights(shapes, motion, 2, {.smoothness = 0, .thrift = 0.01, .press = 0.05}, &closures);
+  const RowMajorMatrixF weights = fitShapeWeights(shapes, motion.transpose() * shapes, 2,
+                                                  {.smoothness = 0, .thrift = 0.01, .press = 0.05}, &closures);
   EXPECT_NEAR(weights(2, roll), weights(2, press), 0.05F);
   EXPECT_GT(weights(9, press), weights(9, roll) + 0.2F);
   for (Eigen::Index t = 0; t < 12; ++t) EXPECT_NEAR(weights(t, roll) + weights(t, press), 0.5F, 0.05F);
@@ -293,7 +296,7 @@ TEST(FitShapeWeights, PlacesThatMeetStayWithinTheirBounds) {
   const auto opens = [&](float least, float most) {
     const ShapeClosures closures{shapes.topRows(1), Eigen::MatrixXf::Constant(1, 4, least),
                                  Eigen::MatrixXf::Constant(1, 4, most), std::vector<bool>(4, true)};
-    return fitShapeWeights(shapes, motion, 2, {.closure = 10'000}, &closures)(1, open);
+    return fitShapeWeights(shapes, motion.transpose() * shapes, 2, {.closure = 10'000}, &closures)(1, open);
   };
   EXPECT_NEAR(opens(0.2F, 0.8F), 0.5F, kWeightWithin);
   EXPECT_NEAR(opens(0.2F, 0.3F), 0.3F, kWeightWithin);
@@ -309,12 +312,12 @@ TEST(FitShapeWeights, TheJawOpensBehindClosedLips) {
   shapes.col(close) << -1, 0;
   motion.row(0).setConstant(-0.2F);
   motion.row(1).setConstant(0.5F);
-  const RowMajorMatrixF weights = fitShapeWeights(shapes, motion, 2);
+  const RowMajorMatrixF weights = fitShapeWeights(shapes, motion.transpose() * shapes, 2);
   EXPECT_NEAR(weights(3, open), 0.5F, kWeightWithin);
   EXPECT_EQ(weights(3, close), weights(3, open));
   motion.row(0).setConstant(0);
   motion.row(1).setConstant(2);
-  EXPECT_LE(fitShapeWeights(shapes, motion, 2).maxCoeff(), 1);
+  EXPECT_LE(fitShapeWeights(shapes, motion.transpose() * shapes, 2).maxCoeff(), 1);
 }
 
 /// ICT's head, if it is here.
@@ -350,7 +353,7 @@ class ArkitOnIct : public testing::Test {
 /// What the shapes can do is found in their terms, closed lips, too.
 TEST_F(ArkitOnIct, FindsTheWeightsThatCloseLipsBehindAnOpenJaw) {
   add(12, 0.15F, 0.14F);
-  const ArkitCurves curves = fitArkit(animation_, mesh_, shapes_);
+  const ArkitCurves curves = fitArkit(framesOf(animation_), mesh_, shapes_);
   EXPECT_EQ(curves.closures, 12U);
   EXPECT_EQ(curves.closures_kept, 12U);
   EXPECT_NEAR(curves.weights(6, arkitIndex("jawOpen")), 0.15F, kWeightWithin);
@@ -362,7 +365,7 @@ TEST_F(ArkitOnIct, FindsTheWeightsThatCloseLipsBehindAnOpenJaw) {
 TEST_F(ArkitOnIct, HoldsLipsThatCloseWithRoundRims) {
   add(15, 0.3F, 0);
   add(15, 0, 0);
-  const ArkitCurves curves = fitArkit(animation_, mesh_, shapes_);
+  const ArkitCurves curves = fitArkit(framesOf(animation_), mesh_, shapes_);
   EXPECT_EQ(curves.closures, 15U) << "the head at rest";
   EXPECT_EQ(curves.closures_kept, 15U);
 }
@@ -379,7 +382,7 @@ TEST_F(ArkitOnIct, HoldsLipsThatCloseBesideANotch) {
   for (const std::uint32_t v : notch) mesh_.vertices(v, 1) += 0.003F;
   add(15, 0.3F, 0);
   add(15, 0, 0);
-  const ArkitCurves curves = fitArkit(animation_, mesh_, shapes_);
+  const ArkitCurves curves = fitArkit(framesOf(animation_), mesh_, shapes_);
   EXPECT_EQ(curves.closures, 15U);
   EXPECT_EQ(curves.closures_kept, 15U);
 }

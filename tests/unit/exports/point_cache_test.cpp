@@ -1,17 +1,24 @@
 #include "exports/format_bytes.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <bit>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
 
 #include "base/errors.h"
+#include "base/files.h"
+#include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "talking_head.h"
 
 namespace mouthpiece {
 namespace {
+
+namespace fs = std::filesystem;
 
 FaceAnimation twoFrames() {
   FaceAnimation animation;
@@ -34,8 +41,16 @@ T littleEndianAt(const std::string& bytes, std::size_t offset) {
   return value;
 }
 
+std::string written(void (*write)(const fs::path&, const FrameMaker&), const FrameMaker& frames) {
+  const fs::path path = fs::path(::testing::TempDir()) / fmt::format("mouthpiece_cache_{}", ::getpid());
+  write(path, frames);
+  std::string bytes = readFile(path);
+  fs::remove(path);
+  return bytes;
+}
+
 TEST(Pc2, IsLaidOutAsTheFormatSays) {
-  const std::string bytes = pc2Bytes(twoFrames());
+  const std::string bytes = written(writePc2, framesOf(twoFrames()));
   ASSERT_EQ(bytes.size(), 32U + 2 * 2 * 12);
   EXPECT_EQ(bytes.substr(0, 12), std::string("POINTCACHE2\0", 12));
   EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 12), 1);  // version
@@ -47,8 +62,31 @@ TEST(Pc2, IsLaidOutAsTheFormatSays) {
   EXPECT_EQ(littleEndianAt<float>(bytes, bytes.size() - 4), -6.5F);
 }
 
+/// Frames are made once each and in turn, so that a cache of any length takes no more memory than some of them.
+TEST(PointCaches, AreWrittenAsTheirFramesAreMade) {
+  constexpr Eigen::Index kFrames = 200;
+  Eigen::Index made = 0;
+  const FrameMaker frames{50, kFrames, 3, {}, [&](Eigen::Index frame, std::span<float> out) {
+                            EXPECT_EQ(frame, made++);
+                            for (std::size_t i = 0; i < 3; ++i) out[i] = asFloat(10 * asReal(frame) + asReal(i));
+                          }};
+  const std::string pc2 = written(writePc2, frames);
+  ASSERT_EQ(pc2.size(), 32U + kFrames * 12);
+  EXPECT_EQ(made, kFrames);
+  made = 0;
+  const std::string mdd = written(writeMdd, frames);
+  ASSERT_EQ(mdd.size(), 8U + kFrames * 16);
+  for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto value = asFloat(10 * asReal(frame) + asReal(i));
+      EXPECT_EQ(littleEndianAt<float>(pc2, 32 + 12 * frame + 4 * i), value);
+      EXPECT_EQ(std::bit_cast<float>(bigEndianAt(mdd, 8 + 4 * kFrames + 12 * frame + 4 * i)), value);
+    }
+  }
+}
+
 TEST(Mdd, IsLaidOutAsTheFormatSays) {
-  const std::string bytes = mddBytes(twoFrames());
+  const std::string bytes = written(writeMdd, framesOf(twoFrames()));
   ASSERT_EQ(bytes.size(), 8U + 2 * 4 + 2 * 2 * 12);
   EXPECT_EQ(bigEndianAt(bytes, 0), 2U);  // frames
   EXPECT_EQ(bigEndianAt(bytes, 4), 2U);  // points
@@ -60,7 +98,7 @@ TEST(Mdd, IsLaidOutAsTheFormatSays) {
 TEST(ObjSequence, HasOneFileAFrame) {
   const auto head = samples::makeTalkingHead({.frames = 3, .rings = 4, .segments = 6});
   std::vector<std::string> files;
-  objFrames(head.mesh, head.animation, [&](std::size_t frame, const std::string& bytes) {
+  objFrames(head.mesh, framesOf(head.animation), [&](std::size_t frame, const std::string& bytes) {
     EXPECT_EQ(frame, files.size());
     files.push_back(bytes);
   });
