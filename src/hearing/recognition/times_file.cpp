@@ -29,10 +29,13 @@ TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
   return times;
 }
 
-std::string_view firstLine(std::string_view text) {
+/// With the blanks and tabs at its end.
+std::string_view wholeFirstLine(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-  return trimmed(text.substr(0, text.find('\n')));
+  const std::string_view line = text.substr(0, text.find('\n'));
+  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
 }
+std::string_view firstLine(std::string_view text) { return trimmed(wholeFirstLine(text)); }
 
 /// Rows of a CTM. Most Latin letters are signs of IPA: where phones had several sounds in every fourth row, they are
 /// words.
@@ -131,7 +134,7 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
     return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);
   if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);
-  if (isTabbedLine(first)) return parseTabbedLines(text, name);
+  if (isTabbedLine(wholeFirstLine(text))) return parseTabbedLines(text, name);
   if (isTsv(first)) return parseRhubarbTsv(text, name);
   if (first.starts_with(";;") || isCtm(first)) {
     // Phones and words are written alike; words are no phones.

@@ -1,6 +1,7 @@
 // JSON of other programs, each by its documentation (docs/formats/times.md).
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -37,10 +38,43 @@ bool isTimed(const JsonField& word) {
   return isThere("start") || isThere("end");
 }
 
+/// What ElevenLabs lists among the words of a recording: blanks and noises.
+bool isNoWord(const JsonField& entry) {
+  const JsonField type = entry["type"];
+  return type.exists() && type.isText() && (type.text() == "spacing" || type.text() == "audio_event");
+}
+
+/// Python writes NaN and Infinity, which no JSON has, for numbers that are not known: as if nothing stood there.
+std::string withoutUnknownNumbers(std::string_view text) {
+  constexpr std::array<std::string_view, 3> kUnknown{"-Infinity", "Infinity", "NaN"};
+  std::string valid;
+  bool is_in_text = false;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto found = std::find_if(kUnknown.begin(), kUnknown.end(),
+                                    [&](std::string_view name) { return text.substr(i).starts_with(name); });
+    if (!is_in_text && found != kUnknown.end()) {
+      valid += "null";
+      i += found->size();
+      continue;
+    }
+    const bool is_escaped = is_in_text && text[i] == '\\' && i + 1 < text.size();
+    if (is_escaped) valid += text[i++];
+    if (text[i] == '"' && !is_escaped) is_in_text = !is_in_text;
+    valid += text[i++];
+  }
+  return valid;
+}
+
+JsonField parseOthersJson(std::string_view text, std::string_view file) {
+  const bool is_suspect = text.find("NaN") != text.npos || text.find("Infinity") != text.npos;
+  return is_suspect ? parseJson(withoutUnknownNumbers(text), file, kExpected) : parseJson(text, file, kExpected);
+}
+
 /// WhisperX gives digits no times: such words share what lies between their neighbours. `end`: of all of them, where it
 /// is known.
 void addWords(TimesBuilder& builder, const JsonField& words, std::optional<Seconds> end = std::nullopt) {
-  const std::vector<JsonField> all = words.list();
+  std::vector<JsonField> all = words.list();
+  std::erase_if(all, isNoWord);
   Seconds at = 0;  // where the last timed word ended
   for (std::size_t i = 0; i < all.size();) {
     std::size_t timed = i;
@@ -65,18 +99,19 @@ void addWords(TimesBuilder& builder, const JsonField& words, std::optional<Secon
 /// openai-whisper, faster-whisper and the API's verbose_json; lines where words have no times.
 TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   TimesBuilder builder(name, "Whisper JSON");
-  if (root["words"].exists()) {
+  const auto hasWords = [](const JsonField& object) { return object["words"].exists() && object["words"].size() > 0; };
+  if (hasWords(root) || !root["segments"].exists()) {
     addWords(builder, root["words"]);
     return builder.finish();
   }
   const std::vector<JsonField> segments = root["segments"].list();
-  const bool has_words = !segments.empty() && segments.front()["words"].exists();
+  const bool has_words = std::any_of(segments.begin(), segments.end(), hasWords);
   if (!has_words) builder.setLines();
   for (const JsonField& segment : segments) {
-    if (has_words) {
+    if (hasWords(segment)) {
       const JsonField end = segment["end"];
       addWords(builder, segment["words"], end.exists() ? std::optional(end.number()) : std::nullopt);
-    } else {
+    } else if (!has_words || segment["text"].exists()) {
       builder.addWord(segment["text"].text(), spanIn(segment), segment.path());
     }
   }
@@ -320,7 +355,7 @@ std::optional<Phone> phoneOfPolly(const JsonField& value) {
 }  // namespace
 
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language) {
-  const JsonField root = parseJson(text, name, kExpected);
+  const JsonField root = parseOthersJson(text, name);
   if (root.isList()) {
     const std::vector<JsonField> entries = root.list(1);
     const JsonField& first = entries.front();
@@ -369,7 +404,7 @@ TimesFile parseJsonLines(std::string_view text, std::string_view name) {
   for (std::string_view line; reader.next(line);) {
     if (trimmed(line).empty()) continue;
     const std::string place = std::to_string(reader.lineNumber());
-    const JsonField mark = parseJson(line, fmt::format("{}:{}", name, place), kExpected);
+    const JsonField mark = parseOthersJson(line, fmt::format("{}:{}", name, place));
     if (mark["result"].exists() || mark["text"].exists()) {
       is_vosk = true;
       if (mark["result"].exists()) addWords(vosk, mark["result"]);

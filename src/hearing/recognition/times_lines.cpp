@@ -6,8 +6,10 @@
 #include <limits>
 #include <pugixml.hpp>
 #include <utility>
+#include <vector>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
@@ -76,33 +78,46 @@ std::optional<Phone> phoneOfShape(std::string_view shape, std::string_view file,
 
 TimesFile parseSubtitles(std::string_view text, std::string_view name) {
   const bool is_vtt = trimmed(text).starts_with("WEBVTT");
+  // YouTube's captions roll: a cue shows the last line of the one before once more, over its own.
+  const bool rolls = is_vtt && text.find("<c>") != std::string_view::npos;
   TimesBuilder builder(name, is_vtt ? "WebVTT" : "SRT");
   builder.setLines();
   LineReader reader(text);
   std::string_view line;
   bool in_note = false;
   std::optional<TimeSpan> span;
-  std::string cue, place;
+  std::vector<std::string> lines, lines_before;
+  std::string place;
   const auto finish = [&] {
-    if (span) builder.addWord(cue, *span, place);
+    std::size_t shown = rolls ? std::min(lines.size(), lines_before.size()) : 0;
+    while (shown > 0 &&
+           !std::equal(lines.begin(), lines.begin() + signedIndex(shown), lines_before.end() - signedIndex(shown)))
+      --shown;
+    if (span)
+      builder.addWord(fmt::format("{}", fmt::join(lines.begin() + signedIndex(shown), lines.end(), " ")), *span, place);
+    if (span) lines_before = std::move(lines);
     span.reset();
-    cue.clear();
+    lines.clear();
   };
+  const auto isNumber = [](std::string_view cue) { return cue.find_first_not_of("0123456789") == cue.npos; };
   while (reader.next(line)) {
     const std::string_view bare = trimmed(line);
+    if (bare.empty() && !line.empty() && line != "\r" && span && rolls)
+      continue;  // a blank holds the upper line's place
     if (bare.empty()) {
       finish();
       in_note = false;
+    } else if (!span && (bare.starts_with("NOTE") || bare.starts_with("STYLE") || bare.starts_with("REGION"))) {
+      in_note = true;
     } else if (const std::size_t arrow = bare.find("-->"); arrow != std::string_view::npos && !in_note) {
+      if (!lines.empty() && isNumber(lines.back())) lines.pop_back();  // this cue's, where no empty line parts them
       finish();
       span = TimeSpan{requireClock(bare.substr(0, arrow), name, reader.lineNumber()),
                       requireClock(bare.substr(arrow + 3), name, reader.lineNumber())};
       place = std::to_string(reader.lineNumber());
     } else if (span) {
-      const std::string plain = plainCue(bare);
-      if (!plain.empty()) cue += (cue.empty() ? "" : " ") + plain;
-    } else if (bare.starts_with("NOTE") || bare.starts_with("STYLE") || bare.starts_with("REGION")) {
-      in_note = true;
+      std::string plain = plainCue(bare);
+      if (!plain.empty()) lines.push_back(std::move(plain));
     }
   }
   finish();
@@ -119,6 +134,7 @@ TimesFile parseTabbedLines(std::string_view text, std::string_view name) {
   builder.setLines();
   for (bool is_header = is_whisper; reader.next(line);) {
     if (trimmed(line).empty() || std::exchange(is_header, false)) continue;
+    if (line.starts_with('\\')) continue;  // Audacity's frequencies of the label above
     const std::string place = std::to_string(reader.lineNumber());
     splitFields(line, '\t', fields);
     if (fields.size() != 3)

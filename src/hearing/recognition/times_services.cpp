@@ -1,5 +1,9 @@
 // JSON of services that write down what is said, each by its documentation (docs/formats/times.md).
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
@@ -7,8 +11,13 @@
 namespace mouthpiece {
 namespace {
 
-/// 1.3, "1.3" or "1.300s".
+/// 1.3, "1.3", "1.300s", or as Google's library for Node has it: {"seconds": "1", "nanos": 300000000}, what is 0 left
+/// out.
 Seconds secondsIn(const JsonField& field) {
+  if (field.isObject()) {
+    const JsonField seconds = field["seconds"], nanos = field["nanos"];
+    return (seconds.exists() ? secondsIn(seconds) : 0.0) + (nanos.exists() ? 1e-9 * nanos.number() : 0.0);
+  }
   if (!field.isText()) return field.number();
   const std::string written = field.text(64);
   std::string_view text = written;
@@ -22,8 +31,12 @@ double confidenceOf(const JsonField& field) { return field.exists() && !field.is
 
 TimesFile parseDeepgram(const JsonField& channels, std::string_view name) {
   TimesBuilder builder(name, "Deepgram JSON");
-  const JsonField channel = channels.list(1).front();
-  for (const JsonField& word : channel["alternatives"].list(1).front()["words"].list()) {
+  // Of several channels the first on which somebody speaks.
+  std::vector<JsonField> words;
+  for (const JsonField& channel : channels.list(1)) {
+    if (words.empty()) words = channel["alternatives"].list(1).front()["words"].list();
+  }
+  for (const JsonField& word : words) {
     const JsonField written = word["punctuated_word"].exists() ? word["punctuated_word"] : word["word"];
     builder.addWord(written.text(), {word["start"].number(), word["end"].number()}, word.path(),
                     confidenceOf(word["confidence"]));
@@ -50,14 +63,17 @@ TimesFile parseGoogle(const JsonField& results, std::string_view name) {
     const JsonField best = result["alternatives"].list(1).front();
     if (!best["words"].exists()) best.fail("has no words; expected them with their times (enableWordTimeOffsets)");
     for (const JsonField& word : best["words"].list()) {
-      const auto timeOf = [&](const char* v1, const char* v2) {
-        const JsonField field = word[v1].exists() ? word[v1] : word[v2];
-        return field.exists() ? secondsIn(field) : 0.0;
+      // As version 1, version 2 and Python's library write it.
+      const auto timeOf = [&](std::initializer_list<const char*> names) {
+        const auto there =
+            std::find_if(names.begin(), names.end(), [&](const char* key) { return word[key].exists(); });
+        return there == names.end() ? std::nullopt : std::optional(secondsIn(word[*there]));
       };
-      if (!word["endTime"].exists() && !word["endOffset"].exists()) word["endTime"].refuse("a time in seconds");
+      const std::optional<Seconds> end = timeOf({"endTime", "endOffset", "end_time", "end_offset"});
+      if (!end) word["endTime"].refuse("a time in seconds");
+      const Seconds start = timeOf({"startTime", "startOffset", "start_time", "start_offset"}).value_or(0);
       const double sure = confidenceOf(word["confidence"]);
-      builder.addWord(word["word"].text(), {timeOf("startTime", "startOffset"), timeOf("endTime", "endOffset")},
-                      word.path(), sure == 0 ? 1 : sure);  // 0: none was given
+      builder.addWord(word["word"].text(), {start, *end}, word.path(), sure == 0 ? 1 : sure);  // 0: none was given
     }
   }
   return builder.finish();

@@ -91,6 +91,70 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
+/// Variants of the kinds that are met in the wild; the words, each with its start in hundredths of a second.
+struct Variant {
+  const char *name, *bytes, *words;
+};
+class VariantsOfTimes : public testing::TestWithParam<Variant> {};
+
+TEST_P(VariantsOfTimes, AreReadAsTheyAreMeant) {
+  std::string words;
+  for (const TimesFile::Word& word : parseTimes(GetParam().bytes, "x").words)
+    words += (words.empty() ? "" : ", ") + word.text + " " + std::to_string(std::lround(100 * word.span.start));
+  EXPECT_EQ(words, GetParam().words);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, VariantsOfTimes,
+    testing::Values(
+        Variant{"ScoresThatPythonDoesNotKnow",
+                R"({"segments": [{"end": 1, "words": [{"word": "NaN \"", "start": 0.1, "end": 0.3, "score": NaN},
+                   {"word": "2", "start": NaN, "end": NaN, "score": -Infinity}, {"word": "b", "start": 0.5, "end": 1}]}]})",
+                "NaN \" 10, 2 30, b 50"},
+        Variant{"WordsThatAreNull", R"({"segments": [{"text": "the time", "start": 0.1, "end": 1, "words": null}]})",
+                "the time 10"},
+        Variant{"WordsOfTheWholeThatAreNone",
+                R"({"words": [], "segments": [{"text": "the time", "start": 0.1, "end": 1}]})", "the time 10"},
+        Variant{"WordsInSomeSegmentsAlone",
+                R"({"segments": [{"text": "hm", "start": 0, "end": 0.2}, {"text": "x", "start": 0.2, "end": 1,
+                   "words": [{"word": "time", "start": 0.3, "end": 0.9}]}, {"text": "so", "start": 1, "end": 1.2,
+                   "words": []}]})",
+                "hm 0, time 30, so 100"},
+        Variant{"BlanksAndNoisesAmongWords",
+                R"({"words": [{"text": "the", "start": 0.1, "end": 0.2, "type": "word"}, {"text": " ", "start": 0.2,
+                   "end": 0.3, "type": "spacing"}, {"text": "laughs", "start": 0.3, "end": 0.5, "type": "audio_event"},
+                   {"text": "time", "start": 0.5, "end": 0.9, "type": "word"}]})",
+                "the 10, time 50"},
+        Variant{"GooglesSecondsAndNanos",
+                R"({"results": [{"alternatives": [{"words": [{"word": "the", "startTime": {}, "endTime": {"nanos":
+                   300000000}}, {"word": "time", "startTime": {"seconds": "1", "nanos": 250000000}, "endTime":
+                   {"seconds": "2"}}]}]}]})",
+                "the 0, time 125"},
+        Variant{"GooglesNamesInPython",
+                R"({"results": [{"alternatives": [{"words": [{"word": "the", "start_time": "0.1s", "end_time":
+                   "0.300s"}]}]}]})",
+                "the 10"},
+        Variant{"DeepgramsChannelOnWhichNobodySpeaks",
+                R"({"results": {"channels": [{"alternatives": [{"words": []}]}, {"alternatives": [{"words":
+                   [{"word": "the", "start": 0.1, "end": 0.3}]}]}]}})",
+                "the 10"},
+        Variant{"SubtitlesWithoutEmptyLines",
+                "1\n00:00:00,100 --> 00:00:00,550\nwe are\n2\n00:00:00,550 --> 00:00:01,000\nnow\n",
+                "we are 10, now 55"},
+        Variant{"ASubtitleThatIsANumber",
+                "1\n00:00:00,100 --> 00:00:00,550\n7\n\n2\n00:00:00,550 --> 00:00:01,000\nnow\n", "7 10, now 55"},
+        Variant{"CaptionsThatRoll",
+                "WEBVTT\nKind: captions\n\n00:00:00.100 --> 00:00:00.600 align:start position:0%\n \n"
+                "the<00:00:00.250><c> time</c>\n\n00:00:00.600 --> 00:00:00.610 align:start\nthe time\n \n\n"
+                "00:00:00.610 --> 00:00:01.000\nthe time\nis<00:00:00.700><c> now</c>\n",
+                "the time 10, is now 61"},
+        Variant{"ANoteWithAnArrow", "WEBVTT\n\nNOTE a --> b\n\n00:00.100 --> 00:00.600\nNOTE\n", "NOTE 10"},
+        Variant{"ASubtitleThatIsSaidTwice", "WEBVTT\n\n00:00.100 --> 00:00.600\nno\n\n00:00.600 --> 00:01.000\nno\n",
+                "no 10, no 60"},
+        Variant{"AudacitysFrequencies", "0.1\t0.25\tthe\n\\\t100.0\t200.0\n0.25\t0.55\ttime\n", "the 10, time 25"},
+        Variant{"AudacitysEmptyLabels", "0.0\t0.1\t\r\n0.1\t1.0\tthe time\r\n", "the time 10"}),
+    [](const testing::TestParamInfo<Variant>& variant) { return std::string(variant.param.name); });
+
 TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
   const TimesFile times = timesIn("whisperx.json");
   EXPECT_NEAR(times.words[1].span.start, 0.25, 1e-9);
