@@ -109,8 +109,10 @@ std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
 
 TakeLabeller::Labels TakeLabeller::label(const AudioClip& audio, const std::string& text, const std::string& name) {
   std::unique_ptr<ForcedAligner> aligner = takeAligner();
-  ForcedAlignment found = aligner->align(audio, pronouncer_->wordsOf(text), name);
-  const std::string fault = network_ ? judgeByNetwork(*network_, audio, found) : "";
+  const SamplesToHear to_hear(audio);
+  ForcedAlignment found =
+      aligner->align(to_hear, audio.duration(), pronouncer_->wordsOf(text), name, SpeechKind::kSpoken);
+  const std::string fault = network_ ? judgeByNetwork(*network_, *pronouncer_, to_hear, found) : "";
   Labels labels{std::move(found.labels), {}};
   for (const std::size_t i : found.doubtfulWords()) {
     const LabelledWord& word = labels.labels.words[i];

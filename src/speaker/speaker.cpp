@@ -12,6 +12,7 @@
 #include "deform/mesh/mesh_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/network_doubt.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/times_file.h"
@@ -36,7 +37,7 @@ namespace {
 constexpr std::size_t kMostPhonesKept = 70'000;
 
 /// A longer recording is read again after its words were found, so that it is not held while they are.
-constexpr Seconds kReadTwice = 300;
+constexpr Seconds kReadTwice = SamplesToHear::kInMemoryUntil;
 /// A longer recording is kept at the rate that is heard: at 48 kHz an hour of samples would take 690 MB.
 constexpr Seconds kOwnRateUntil = 1200;
 
@@ -172,15 +173,20 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   line.text = source.text;
   const std::vector<TranscriptWord> words = pronouncer->wordsOf(source.text);
   const SpeechKind kind = source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken;
-  const bool is_long = line.audio.duration() > kReadTwice;
-  ForcedAlignment alignment = is_long ? aligner->alignGiven(std::move(line.audio), words, source.audio.string(), kind)
-                                      : aligner->align(line.audio, words, source.audio.string(), kind);
+  const Seconds lasts = line.audio.duration();
+  const bool is_long = lasts > kReadTwice;
+  const SamplesToHear to_hear(line.audio);
+  if (is_long) line.audio = {};
+  ForcedAlignment alignment = aligner->align(to_hear, lasts, words, source.audio.string(), kind);
   if (is_long) {
     aligner.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
+  }
+  const std::string failure = language == &english() ? judgeByNetwork(*network(), *pronouncer, to_hear, alignment) : "";
+  if (is_long) {
+    network()->endWaiting();
     line.audio = readRecording(source.audio);
   }
-  const std::string failure = language == &english() ? judgeByNetwork(*network(), line.audio, alignment) : "";
   line.notice = doubtsAbout(alignment);
   if (!failure.empty()) line.notice += (line.notice.empty() ? "" : "; ") + failure;
   line.labels = std::move(alignment.labels);

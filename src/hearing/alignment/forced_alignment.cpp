@@ -274,22 +274,16 @@ ForcedAligner::~ForcedAligner() = default;
 
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                      std::string_view name, SpeechKind kind, BorderTimes times) {
-  return alignSamples(samplesToHear(audio), audio.duration(), words, name, kind, times);
+  return align(SamplesToHear(audio), audio.duration(), words, name, kind, times);
 }
 
-ForcedAlignment ForcedAligner::alignGiven(AudioClip audio, const std::vector<TranscriptWord>& words,
-                                          std::string_view name, SpeechKind kind) {
-  const Seconds lasts = audio.duration();
-  const std::vector<std::int16_t> samples = samplesToHear(audio);
-  audio = {};
-  return alignSamples(samples, lasts, words, name, kind, BorderTimes::kFine);
-}
-
-ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& samples, Seconds lasts,
-                                            const std::vector<TranscriptWord>& words, std::string_view name,
-                                            SpeechKind kind, BorderTimes times) {
+ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts,
+                                     const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
+                                     BorderTimes times) {
+  const std::span<const std::int16_t> samples = to_hear.all();
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
   const std::vector<SoundStretch> stretches = findSpeech(samples);
+  to_hear.letGo();
   refuseWhereNobodySpeaks(stretches, kind, name);
   const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(lasts, words, name);
@@ -307,6 +301,7 @@ ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& sam
     alignment.line_confidence = std::move(believed.lines);
   }
   doubtLinesOutsideSpeech(stretches, alignment);
+  to_hear.letGo();
   return alignment;
 }
 

@@ -9,6 +9,7 @@
 
 #include "audio/audio_clip.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
@@ -66,15 +67,12 @@ class ForcedAligner : public Aligner {
 
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
                         SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
-  /// The same of a sound that is given away: of an hour, it would take as much memory as all that is heard in it.
-  ForcedAlignment alignGiven(AudioClip audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                             SpeechKind kind);
+  /// The same of a sound of which nothing else is kept: of an hour, it would take as much memory as all that is heard
+  /// in it. `lasts`: how long it is.
+  ForcedAlignment align(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
+                        std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine);
 
  private:
-  ForcedAlignment alignSamples(const std::vector<std::int16_t>& samples, Seconds lasts,
-                               const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
-                               BorderTimes times);
-
   const Language& language_;
   std::unique_ptr<PhoneDecoder> decoder_;
   std::unique_ptr<TextDoubt> doubt_;  ///< made when the first text is judged

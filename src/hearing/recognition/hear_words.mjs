@@ -3,7 +3,8 @@
 // Standard input: for each sound how many samples it has and how many bytes its text (32 bits each), then the samples, 16
 // kHz, 16 bits, all little-endian, then the text. Descriptor 3 gets a line of JSON for each: its words, and of each the
 // natural logarithm of its probability. With a text, words between blanks, the answer is how likely each of them is after
-// those before it, and last that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place.
+// those before it, and last that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place;
+// beside it what is heard without the text, and the logarithms of both and in how many tokens what is heard was written.
 import { readSync, writeSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import tokenizer from 'llama-tokenizer-js';
@@ -69,8 +70,7 @@ function likeliest(logits) {
 const heardIn = (samples) => encoder.run({ input_values: new Tensor('float32', samples, [1, samples.length]) });
 
 /** Tokens and their logarithms, the likeliest after each other; the last token among them where it came. */
-async function tokensOf(samples) {
-  const heard = await heardIn(samples);
+async function tokensOf(heard, samples) {
   const memory = emptyMemory();
   const tokens = [];
   const most = Math.ceil((samples.length / kRateHz) * kMostTokensASecond) + 4;
@@ -151,21 +151,31 @@ async function scoresOf(heard, words) {
   return scores;
 }
 
-/** The better of both ways to write each word. */
+const sumOf = (scores) => scores.reduce((total, score) => total + score.log_probability, 0);
+const wordsOfTokens = (tokens) => wordsOf(tokens).map(({ text, logProbability }) => ({ text, log_probability: logProbability }));
+
+/** The better of both ways to write each word, and what is heard without the text. */
 async function scoresOfText(samples, words) {
   const heard = await heardIn(samples);
+  const tokens = await tokensOf(heard, samples);
   const usual = await scoresOf(heard, words.map(written));
   const small = await scoresOf(heard, words.map((word) => word.toLowerCase()));
-  return usual.map((score, i) => ({
-    log_probability: Math.max(score.log_probability, small[i].log_probability),
-    behind: Math.max(score.behind, small[i].behind),
-  }));
+  return {
+    words: usual.map((score, i) => ({
+      log_probability: Math.max(score.log_probability, small[i].log_probability),
+      behind: Math.max(score.behind, small[i].behind),
+    })),
+    log_probability: Math.max(sumOf(usual), sumOf(small)),
+    heard: wordsOfTokens(tokens),
+    heard_log_probability: tokens.reduce((total, token) => total + token.logProbability, 0),
+    heard_tokens: tokens.length,
+  };
 }
 
 async function answerTo(samples, text) {
-  if (samples.length < kLeastSamples) return [];
+  if (samples.length < kLeastSamples) return text === '' ? [] : null;
   if (text !== '') return scoresOfText(samples, text.split(' '));
-  return wordsOf(await tokensOf(samples)).map(({ text, logProbability }) => ({ text, log_probability: logProbability }));
+  return wordsOfTokens(await tokensOf(await heardIn(samples), samples));
 }
 
 for (let head = read(8); head !== null; head = read(8)) {

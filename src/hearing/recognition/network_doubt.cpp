@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,21 +11,20 @@
 #include <utility>
 #include <vector>
 
-#include "audio/spectral_frames.h"
 #include "base/errors.h"
 #include "base/index.h"
-#include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/text_doubt.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kMostHeard = 59;  // the network takes a minute
-/// Lines with better odds than this (logarithm) are believed as they are; odds count up to the second, what the network
-/// says of a word down to the third.
-constexpr double kSure = 2.5, kMostOdds = 8, kLeastScore = -15;
-/// Levels over a quarter of a second that lie so far apart are speech and its pauses alone, or beats between them; dB.
-constexpr double kPauseRangeDb = 30, kBeatRangeDb = 12;
+/// The network's memory grows with the square of what it hears at once: 0.25 GB for this, 0.45 for a minute.
+constexpr Seconds kMostHeard = 20;
+/// Of a longer sound only lines with worse odds than this (logarithm) are heard again.
+constexpr Seconds kHeardWhole = 60;
+constexpr double kSure = 2.5;
+/// Odds count up to the first, what the network says of a word down to the second.
+constexpr double kMostOdds = 8, kLeastScore = -15;
 
 double believedOdds(double confidence) {
   const double held = std::clamp(confidence, 1e-9, 1 - 1e-9);
@@ -32,64 +32,88 @@ double believedOdds(double confidence) {
 }
 double confidenceOf(double odds) { return 1 / (1 + std::exp(-odds)); }
 
-/// How far loud frames lie over the quietest quarter of a second, dB: beats leave no pause as long.
-double rangeOverPausesDb(std::span<const std::int16_t> samples) {
-  constexpr std::size_t kFrames = 25;
-  constexpr double kLoud = 0.90, kQuiet = 0.03, kLeastPower = 0.1;
-  std::vector<double> powers;
-  for (const double db : speechLevelsDb(samples)) powers.push_back(std::pow(10.0, db / 10));
-  if (powers.size() < kFrames) return 0;
-  std::vector<double> means;
-  double sum = std::accumulate(powers.begin(), powers.begin() + kFrames, 0.0);
-  for (std::size_t end = kFrames;; ++end) {
-    means.push_back(std::max(sum, 0.0) / kFrames);
-    if (end == powers.size()) break;
-    sum += powers[end] - powers[end - kFrames];
-  }
-  const auto quantile = [](std::vector<double>& values, double share) {
-    const auto at = values.begin() + signedIndex(static_cast<std::size_t>(share * asReal(values.size() - 1)));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
-  return 10 * std::log10((quantile(powers, kLoud) + kLeastPower) / (quantile(means, kQuiet) + kLeastPower));
-}
-
-/// What the odds of a line change with, and whether it stands in silence.
-struct Surroundings {
-  double noise = 0, beats = 0;
-  bool are_quiet = false;
+/// By how much two rows of phones differ where they differ most: of four phones in a row of the one those that the
+/// other has not, a vowel for another or a consonant for another counting less.
+struct Differences {
+  double in_text, in_heard;
 };
 
-Surroundings surroundingsOf(std::span<const std::int16_t> samples) {
-  constexpr double kHardlyNoise = 0.05;
-  const double noise = noiseOf(samples), range = rangeOverPausesDb(samples);
-  const double beats = std::clamp((kPauseRangeDb - range) / (kPauseRangeDb - kBeatRangeDb), 0.0, 1.0);
-  return {noise, beats * (1 - noise), noise < kHardlyNoise && range > kPauseRangeDb};
+constexpr std::size_t kInARow = 4;
+
+/// The least edit distance, and what of it lies in each phone of both rows.
+Differences differencesOf(const std::vector<Phone>& text, const std::vector<Phone>& heard) {
+  constexpr double kLeftOut = 0.7, kOfItsKind = 0.6, kOther = 1.0;
+  constexpr double kSame = 1e-9;
+  if (text.empty() || heard.empty()) return {kInARow, kInARow};
+  const auto change = [&](std::size_t i, std::size_t j) {
+    if (text[i] == heard[j]) return 0.0;
+    return isVowel(text[i]) == isVowel(heard[j]) ? kOfItsKind : kOther;
+  };
+  const auto at = [](std::size_t i) { return signedIndex(i); };
+  Eigen::ArrayXXd cost(at(text.size() + 1), at(heard.size() + 1));
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    for (std::size_t j = 0; j <= heard.size(); ++j) {
+      double& least = cost(at(i), at(j)) = i + j == 0 ? 0 : 1e9;
+      if (i > 0) least = std::min(least, cost(at(i - 1), at(j)) + kLeftOut);
+      if (j > 0) least = std::min(least, cost(at(i), at(j - 1)) + kLeftOut);
+      if (i > 0 && j > 0) least = std::min(least, cost(at(i - 1), at(j - 1)) + change(i - 1, j - 1));
+    }
+  }
+  std::vector<double> of_text(text.size(), 0), of_heard(heard.size(), 0);
+  for (std::size_t i = text.size(), j = heard.size(); i + j > 0;) {
+    const double here = cost(at(i), at(j));
+    if (i > 0 && j > 0 && std::abs(here - cost(at(i - 1), at(j - 1)) - change(i - 1, j - 1)) < kSame) {
+      --i, --j;
+      of_text[i] = of_heard[j] = change(i, j);
+    } else if (i > 0 && std::abs(here - cost(at(i - 1), at(j)) - kLeftOut) < kSame) {
+      of_text[--i] = 1;
+    } else {
+      of_heard[--j] = 1;
+    }
+  }
+  const auto most = [](const std::vector<double>& of) {
+    const std::size_t row = std::min(kInARow, of.size());
+    double best = 0;
+    for (std::size_t first = 0; first + row <= of.size(); ++first)
+      best =
+          std::max(best, std::accumulate(of.begin() + signedIndex(first), of.begin() + signedIndex(first + row), 0.0));
+    return best;
+  };
+  return {most(of_text), most(of_heard)};
+}
+
+/// As the dictionary has the words first; none where they cannot be said.
+std::vector<Phone> phonesOf(const std::string& words, const Pronouncer& pronouncer) {
+  std::vector<Phone> phones;
+  try {
+    for (const TranscriptWord& word : pronouncer.wordsOf(words))
+      phones.insert(phones.end(), word.ways.front().phones.begin(), word.ways.front().phones.end());
+  } catch (const InputError&) {  // nothing is heard
+  }
+  return phones;
 }
 
 struct Line {
-  std::size_t first = 0, end = 0;
+  std::size_t first = 0, end = 0;  ///< of the words
+  std::span<const std::int16_t> sound;
+  std::vector<std::string> text;
 };
 
 /// Learnt like TextDoubt's weights (docs/theory/hearing/alignment.md#the-network-is-asked).
-double oddsOfLine(double odds, std::span<const double> word_odds, std::span<const WordScore> scores,
-                  const Surroundings& around) {
-  const auto words = asReal(word_odds.size());
-  double least_odds = kMostOdds, sum_odds = 0, least = 0, sum = 0, least_behind = 0, sum_behind = 0;
-  for (std::size_t i = 0; i < word_odds.size(); ++i) {
-    least_odds = std::min(least_odds, word_odds[i]);
-    sum_odds += word_odds[i];
-    least = std::min(least, std::max(scores[i].log_probability, kLeastScore));
-    sum += std::max(scores[i].log_probability, kLeastScore);
-    least_behind = std::min(least_behind, std::max(scores[i].behind, kLeastScore));
-    sum_behind += std::max(scores[i].behind, kLeastScore);
-  }
-  const double end = std::max(scores.back().behind, kLeastScore);
-  const double by_network = 5.446 + 0.2929 * odds + 0.1586 * least_odds - 0.0982 * sum_odds / words + 0.0646 * least +
-                            0.2871 * sum / words + 0.2519 * least_behind + 0.4165 * sum_behind / words + 1.1036 * end +
-                            1.200 * around.noise + 0.922 * around.beats;
-  // What is heard in silence is judged well without the network, which forgives ends that are cut off.
-  return around.are_quiet ? std::min(odds, by_network) : by_network;
+double oddsOfLine(std::span<const double> word_odds, const TextScore& score, const Differences& differences,
+                  double noise) {
+  constexpr double kMostBehind = 60, kMostBefore = 20, kNothingHeard = -5;
+  const double worst_word = *std::min_element(word_odds.begin(), word_odds.end());
+  double least_behind = 0;
+  for (std::size_t i = 0; i < word_odds.size(); ++i)
+    least_behind = std::min(least_behind, std::max(score.words[i].behind, kLeastScore));
+  const double end = std::max(score.words.back().behind, kLeastScore);
+  const double against_heard =
+      std::clamp(score.log_probability - score.heard_log_probability, -kMostBehind, kMostBefore) /
+      asReal(word_odds.size());
+  const double sure = score.heard_tokens > 0 ? score.heard_log_probability / asReal(score.heard_tokens) : kNothingHeard;
+  return 5.413 + 0.4583 * worst_word + 0.2564 * least_behind + 0.8298 * end + 0.9459 * differences.in_text -
+         1.1672 * differences.in_heard + 0.7721 * against_heard - 2.2104 * sure + noise;
 }
 
 double oddsOfWord(double odds, const WordScore& score) {
@@ -97,51 +121,76 @@ double oddsOfWord(double odds, const WordScore& score) {
          0.0788 * std::max(score.behind, kLeastScore);
 }
 
-}  // namespace
-
-std::string judgeByNetwork(WordNetwork& network, const AudioClip& audio, ForcedAlignment& alignment) {
+std::vector<Line> linesToAsk(const SamplesToHear& to_hear, const ForcedAlignment& alignment) {
   const SpeechLabels& labels = alignment.labels;
-  if (alignment.line_confidence.empty()) return {};
-  if (!network.isThere()) return {};
-  std::vector<Line> lines;
-  std::vector<std::vector<std::int16_t>> sounds;
-  std::vector<std::vector<std::string>> texts;
+  const std::span<const std::int16_t> samples = to_hear.all();
   const auto sampleAt = [&](Seconds time) {
-    return signedIndex(std::min(audio.samples.size(), static_cast<std::size_t>(time * audio.sample_rate_hz)));
+    return std::min(samples.size(), static_cast<std::size_t>(time * SamplesToHear::kRateHz));
   };
+  std::vector<Line> lines;
   std::size_t first = 0;
   for (const std::size_t end : TextDoubt::lineEnds(labels.words.size())) {
-    const Line line{std::exchange(first, end), end};
+    Line line{.first = std::exchange(first, end), .end = end, .sound = {}, .text = {}};
     const double believed = alignment.line_confidence[line.first];
-    // 0: outside of speech
-    if (believed == 0 || believedOdds(believed) >= kSure) continue;
-    const Seconds from = line.first > 0 ? labels.spanOf(labels.words[line.first - 1].phones).end : 0.0;
-    const Seconds to = end < labels.words.size() ? labels.spanOf(labels.words[end].phones).start : labels.duration();
-    if (to - from > kMostHeard) continue;
-    lines.push_back(line);
-    sounds.push_back(samplesToHear(
-        {audio.sample_rate_hz, {audio.samples.begin() + sampleAt(from), audio.samples.begin() + sampleAt(to)}}));
-    auto& words = texts.emplace_back();
-    for (std::size_t i = line.first; i < end; ++i) words.push_back(labels.words[i].text);
+    const bool is_outside_speech = believed == 0;
+    if (is_outside_speech || (labels.duration() > kHeardWhole && believedOdds(believed) >= kSure)) continue;
+    Seconds from = line.first > 0 ? labels.spanOf(labels.words[line.first - 1].phones).end : 0.0;
+    Seconds to = end < labels.words.size() ? labels.spanOf(labels.words[end].phones).start : labels.duration();
+    const TimeSpan said{labels.spanOf(labels.words[line.first].phones).start,
+                        labels.spanOf(labels.words[end - 1].phones).end};
+    if (said.duration() > kMostHeard) continue;
+    if (to - from > kMostHeard) {  // the pauses around it are cut
+      const Seconds beside = (kMostHeard - said.duration()) / 2;
+      from = std::max(from, said.start - beside);
+      to = std::min(to, said.end + beside);
+    }
+    line.sound = samples.subspan(sampleAt(from), sampleAt(to) - sampleAt(from));
+    for (std::size_t i = line.first; i < end; ++i) line.text.push_back(labels.words[i].text);
+    lines.push_back(std::move(line));
   }
-  if (lines.empty()) return {};
-  std::vector<std::vector<WordScore>> scores;
+  return lines;
+}
+
+void believe(const Line& line, const TextScore& score, const Pronouncer& pronouncer, ForcedAlignment& alignment) {
+  std::vector<double> word_odds;
+  for (std::size_t word = line.first; word < line.end; ++word) {
+    word_odds.push_back(believedOdds(alignment.confidence[word]));
+    alignment.confidence[word] = confidenceOf(oddsOfWord(word_odds.back(), score.words[word - line.first]));
+  }
+  std::string heard;
+  for (const NetworkWord& word : score.heard) heard += (heard.empty() ? "" : " ") + word.text;
+  const Differences differences =
+      differencesOf(phonesOf(fmt::format("{}", fmt::join(line.text, " ")), pronouncer), phonesOf(heard, pronouncer));
+  std::fill(alignment.line_confidence.begin() + signedIndex(line.first),
+            alignment.line_confidence.begin() + signedIndex(line.end),
+            confidenceOf(oddsOfLine(word_odds, score, differences, noiseOf(line.sound))));
+}
+
+}  // namespace
+
+std::string judgeByNetwork(WordNetwork& network, const Pronouncer& pronouncer, const SamplesToHear& to_hear,
+                           ForcedAlignment& alignment) {
+  if (alignment.line_confidence.empty() || !network.isThere()) return {};
+  const std::vector<Line> lines = linesToAsk(to_hear, alignment);
   try {
-    scores = network.score(std::vector<std::span<const std::int16_t>>(sounds.begin(), sounds.end()), texts);
+    for (std::size_t first = 0; first < lines.size(); first += WordNetwork::kAskedOfOneProgram) {
+      if (first > 0) network.endWaiting();
+      const std::span<const Line> some =
+          std::span(lines).subspan(first, std::min(WordNetwork::kAskedOfOneProgram, lines.size() - first));
+      std::vector<std::span<const std::int16_t>> sounds;
+      std::vector<std::vector<std::string>> texts;
+      for (const Line& line : some) {
+        sounds.push_back(line.sound);
+        texts.push_back(line.text);
+      }
+      const std::vector<std::optional<TextScore>> scores = network.score(sounds, texts);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        if (scores[i]) believe(some[i], *scores[i], pronouncer, alignment);
+      }
+      to_hear.letGo();
+    }
   } catch (const InputError& error) {
     return fmt::format("the network that hears words was not heard ({})", error.what());
-  }
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (scores[i].empty()) continue;
-    std::vector<double> word_odds;
-    for (std::size_t word = lines[i].first; word < lines[i].end; ++word) {
-      word_odds.push_back(believedOdds(alignment.confidence[word]));
-      alignment.confidence[word] = confidenceOf(oddsOfWord(word_odds.back(), scores[i][word - lines[i].first]));
-    }
-    const double odds = oddsOfLine(believedOdds(alignment.line_confidence[lines[i].first]), word_odds, scores[i],
-                                   surroundingsOf(sounds[i]));
-    std::fill(alignment.line_confidence.begin() + signedIndex(lines[i].first),
-              alignment.line_confidence.begin() + signedIndex(lines[i].end), confidenceOf(odds));
   }
   return {};
 }

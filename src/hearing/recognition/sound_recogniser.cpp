@@ -16,6 +16,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/closings.h"
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
@@ -28,7 +29,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr int kEarRateHz = 16000;
 /// Words fit a stretch when their phones have this share of what is heard, in the mean over its frames; words of a
 /// hint or a corpus do at less, and are taken before others that fit a little better. Where they surely fit no others
 /// are looked for (docs/theory/hearing/recognition.md).
@@ -51,9 +51,7 @@ constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
 constexpr Seconds kMargin = 0.2;
 /// A longer sound is heard by one after the other, for memory: by the network after the speaker is learnt, and by the
 /// rest after the network's program has ended. To start that anew takes a few thousandths of its time.
-constexpr Seconds kOneAfterTheOther = 300;
-/// The network's program grows with all that it has heard: after so many stretches a new one goes on.
-constexpr std::size_t kAskedOfOneProgram = 30;
+constexpr Seconds kOneAfterTheOther = SamplesToHear::kInMemoryUntil;
 
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
@@ -121,9 +119,9 @@ class SoundRecogniser : public Recogniser {
   /// The likelier of both.
   std::optional<ModelWords> wordsByModels(const std::vector<NetworkWord>& by_network, const Stretch& stretch);
   Decision decide(const std::vector<NetworkWord>& by_network, const Stretch& stretch);
-  /// The network's words of each stretch; none where it fails, which `heard` then tells.
+  /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
-                                                     HeardSpeech& heard) const;
+                                                     const SamplesToHear& to_hear, HeardSpeech& heard) const;
   /// `by_network`: the network's words.
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
                    CollectedSpeech& all);
@@ -231,14 +229,15 @@ void SoundRecogniser::collectPhones(const Stretch& stretch, const WordsHeard* wo
 }
 
 std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
-    std::span<const std::span<const std::int16_t>> stretches, HeardSpeech& heard) const {
+    std::span<const std::span<const std::int16_t>> stretches, const SamplesToHear& to_hear, HeardSpeech& heard) const {
   std::vector<std::vector<NetworkWord>> words(stretches.size());
   try {
-    for (std::size_t first = 0; first < stretches.size(); first += kAskedOfOneProgram) {
+    for (std::size_t first = 0; first < stretches.size(); first += WordNetwork::kAskedOfOneProgram) {
       if (first > 0) options_.word_network->endWaiting();
-      const std::size_t count = std::min(kAskedOfOneProgram, stretches.size() - first);
+      const std::size_t count = std::min(WordNetwork::kAskedOfOneProgram, stretches.size() - first);
       std::ranges::move(options_.word_network->hear(stretches.subspan(first, count)),
                         words.begin() + signedIndex(first));
+      to_hear.letGo();
     }
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears words was not heard ({})", error.what()));
@@ -313,7 +312,7 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
                                   const std::vector<NetworkWord>& by_network, CollectedSpeech& all) {
   Stretch stretch{.samples = samples,
-                  .clip = {kEarRateHz, {}},
+                  .clip = {SamplesToHear::kRateHz, {}},
                   .span = {},
                   .hearing = StretchHearing(ear_.posteriors(samples), likeness_)};
   const StretchHearing& hearing = stretch.hearing;
@@ -407,7 +406,7 @@ std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::v
                              Seconds pause) {
   const auto samplesOf = [&](Seconds start, Seconds end) {
     const auto at = [&](Seconds time) {
-      return std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, time) * kEarRateHz));
+      return std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, time) * SamplesToHear::kRateHz));
     };
     return samples.subspan(at(start), std::max(at(start), at(end)) - at(start));
   };
@@ -418,7 +417,7 @@ std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::v
     if (samplesOf(span.start, span.end).empty()) continue;
     // What is said before and after is not heard twice.
     const Seconds before = i > 0 ? spans[i - 1].end : 0;
-    const Seconds after = i + 1 < spans.size() ? spans[i + 1].start : asReal(samples.size()) / kEarRateHz;
+    const Seconds after = i + 1 < spans.size() ? spans[i + 1].start : asReal(samples.size()) / SamplesToHear::kRateHz;
     said.push_back({span.start, samplesOf(span.start, span.end),
                     samplesOf(std::max(before, span.start - kMargin), std::min(after, span.end + kMargin))});
   }
@@ -427,10 +426,12 @@ std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::v
 
 HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   const Seconds lasts = audio.duration();
-  const std::vector<std::int16_t> samples = samplesToHear(audio);
+  const SamplesToHear to_hear(audio);
   audio = {};
+  const std::span<const std::int16_t> samples = to_hear.all();
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
+  to_hear.letGo();
   const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
   const std::vector<Said> said = whatIsSaid(samples, heard.stretches, has_network ? kNearPause : 0);
   std::vector<std::span<const std::int16_t>> stretches, with_margins;
@@ -442,7 +443,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   const bool is_long = lasts > kOneAfterTheOther;
   if (has_network && !said.empty())
     network = std::async(is_long ? std::launch::deferred : std::launch::async,
-                         [&] { return networkWords(with_margins, heard); });
+                         [&] { return networkWords(with_margins, to_hear, heard); });
   ear_.learn(std::exchange(options_.speaker, {}));
   ear_.adaptTo(stretches);
   if (is_long) giveBackMemory();
@@ -450,7 +451,10 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
   if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
-  for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i].samples, said[i].start, by_network[i], all);
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    hearStretch(said[i].samples, said[i].start, by_network[i], all);
+    to_hear.letGo();
+  }
   all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);
   return heard;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -9,6 +10,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/alignment/speech_finder.h"
 #include "hearing/recognition/times_file.h"
 #include "phonetics/labels/labels_builder.h"
@@ -22,8 +24,8 @@ constexpr Seconds kTogether = 0.3, kAround = 0.15;
 constexpr Seconds kLongestTogether = 30;
 constexpr double kUnsure = 0.5;
 
-bool liesInSpeech(const SpeechLabels& labels, const AudioClip& audio) {
-  const std::vector<SoundStretch> stretches = findSpeech(samplesToHear(audio));
+bool liesInSpeech(const SpeechLabels& labels, std::span<const std::int16_t> samples) {
+  const std::vector<SoundStretch> stretches = findSpeech(samples);
   Seconds time = 0, in_speech = 0;
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil) continue;
@@ -32,6 +34,40 @@ bool liesInSpeech(const SpeechLabels& labels, const AudioClip& audio) {
   }
   return in_speech >= kLeastInSpeech * time;
 }
+
+/// A sound, of which parts are aligned. Of one that is long and comes as it is heard nothing else is kept.
+class SoundInParts {
+ public:
+  explicit SoundInParts(AudioClip audio) : lasts_(audio.duration()), audio_(std::move(audio)), to_hear_(audio_) {
+    if (lasts_ > SamplesToHear::kInMemoryUntil && audio_.sample_rate_hz == SamplesToHear::kRateHz)
+      audio_ = {SamplesToHear::kRateHz, {}};
+  }
+  [[nodiscard]] Seconds duration() const { return lasts_; }
+  [[nodiscard]] const SamplesToHear& toHear() const { return to_hear_; }
+  /// Both times within the sound.
+  [[nodiscard]] AudioClip part(Seconds from, Seconds to) const {
+    constexpr float kScale = 32767.0F;  // samplesToHear()'s
+    const auto sample = [&](Seconds time, std::size_t count) {
+      return signedIndex(std::min(count, static_cast<std::size_t>(time * audio_.sample_rate_hz)));
+    };
+    AudioClip clip{audio_.sample_rate_hz, {}};
+    if (!audio_.samples.empty()) {
+      const std::size_t count = audio_.samples.size();
+      clip.samples.assign(audio_.samples.begin() + sample(from, count), audio_.samples.begin() + sample(to, count));
+      return clip;
+    }
+    const std::span<const std::int16_t> all = to_hear_.all();
+    for (auto at = sample(from, all.size()); at < sample(to, all.size()); ++at)
+      clip.samples.push_back(static_cast<float>(all[unsignedIndex(at)]) / kScale);
+    to_hear_.letGo();
+    return clip;
+  }
+
+ private:
+  Seconds lasts_;
+  AudioClip audio_;
+  SamplesToHear to_hear_;
+};
 
 class TimedRecogniser : public Recogniser {
  public:
@@ -48,7 +84,7 @@ class TimedRecogniser : public Recogniser {
     std::size_t first = 0, end = 0;  ///< of times_.words
   };
   [[nodiscard]] std::vector<Group> groups() const;
-  void alignGroup(const Group& group, const AudioClip& audio, HeardSpeech& heard);
+  void alignGroup(const Group& group, const SoundInParts& sound, HeardSpeech& heard);
   void addAligned(const Group& group, const std::vector<std::size_t>& owners, const ForcedAlignment& alignment,
                   Seconds offset);
   void addEvenly(const Group& group, const std::vector<std::size_t>& owners, const std::vector<TranscriptWord>& words);
@@ -130,7 +166,7 @@ void TimedRecogniser::addEvenly(const Group& group, const std::vector<std::size_
   }
 }
 
-void TimedRecogniser::alignGroup(const Group& group, const AudioClip& audio, HeardSpeech& heard) {
+void TimedRecogniser::alignGroup(const Group& group, const SoundInParts& sound, HeardSpeech& heard) {
   if (!pronouncer_) {
     pronouncer_.emplace(lexicon_, language_);
     aligner_.emplace(std::filesystem::path(), language_);
@@ -152,15 +188,10 @@ void TimedRecogniser::alignGroup(const Group& group, const AudioClip& audio, Hea
   // Words outside the sound were refused before.
   const Seconds from = std::max({0.0, times_.words[group.first].span.start - kAround,
                                  group.first > 0 ? times_.words[group.first - 1].span.end : 0.0});
-  const Seconds to = std::min({audio.duration(), times_.words[group.end - 1].span.end + kAround,
+  const Seconds to = std::min({sound.duration(), times_.words[group.end - 1].span.end + kAround,
                                group.end < times_.words.size() ? times_.words[group.end].span.start : 1e9});
-  const auto sample = [&](Seconds time) {
-    return std::min(audio.samples.size(), static_cast<std::size_t>(time * audio.sample_rate_hz));
-  };
-  AudioClip clip{audio.sample_rate_hz,
-                 {audio.samples.begin() + signedIndex(sample(from)), audio.samples.begin() + signedIndex(sample(to))}};
   try {
-    addAligned(group, owners, aligner_->align(clip, words, name_), from);
+    addAligned(group, owners, aligner_->align(sound.part(from, to), words, name_), from);
   } catch (const InputError&) {
     heard.warnings.push_back(
         fmt::format("the words from {:.2f} to {:.2f} s are not heard there: their phones are evenly "
@@ -171,13 +202,15 @@ void TimedRecogniser::alignGroup(const Group& group, const AudioClip& audio, Hea
 }
 
 HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
+  const SoundInParts sound(std::move(audio));
   const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
                                 times_.phones.empty() ? 0.0 : times_.phones.back().span.start);
-  if (last >= audio.duration()) {
-    throw InputError(name_, "",
-                     fmt::format("has times up to {:.2f} s, and {} lasts {:.2f} s; expected times of this "
-                                 "sound",
-                                 last, name, audio.duration()));
+  if (last >= sound.duration()) {
+    throw InputError(
+        name_, "",
+        fmt::format("has times up to {:.2f} s, and {} lasts {:.2f} s; expected times of this "
+                    "sound{}",
+                    last, name, sound.duration(), 1e-3 * last < sound.duration() && last > 100 ? ", in seconds" : ""));
   }
   HeardSpeech heard;
   segments_.clear();
@@ -195,7 +228,7 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
       heard.warnings.push_back(times_.kind +
                                " tells mouth shapes, not phones: each is shown by one phone that looks so");
   } else {
-    for (const Group& group : groups()) alignGroup(group, audio, heard);
+    for (const Group& group : groups()) alignGroup(group, sound, heard);
   }
   // The sound's end is the end; neighbours do not overlap.
   std::vector<PhoneSegment> kept;
@@ -203,26 +236,26 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     PhoneSegment segment = segments_[i];
     segment.span.start = std::max(segment.span.start, kept.empty() ? 0.0 : kept.back().span.end);
-    segment.span.end = std::min(segment.span.end, audio.duration());
+    segment.span.end = std::min(segment.span.end, sound.duration());
     if (segment.span.duration() < 1e-4) continue;
     kept.push_back(segment);
     sure.push_back(confidence_[i]);
   }
   if (kept.empty()) throw InputError(name_, "", "has no word that can be said; expected words of this sound");
-  heard.labels = buildSpeechLabels(kept, words_, audio.duration(), language_);
+  heard.labels = buildSpeechLabels(kept, words_, sound.duration(), language_);
   heard.confidence = confidenceOf(heard.labels, kept, sure);
   for (const LabelledWord& word : heard.labels.words) heard.text += (heard.text.empty() ? "" : " ") + word.text;
-  if (!liesInSpeech(heard.labels, audio))
+  if (!liesInSpeech(heard.labels, sound.toHear().all()))
     heard.warnings.push_back(
         fmt::format("hardly any speech is heard where {} has words: its times may be another sound's", name_));
   // A subtitle may stay longer than what is said.
   constexpr Seconds kMayOverhang = 0.25;
   if (!times_.words.empty() && !times_.words_are_lines &&
-      times_.words.back().span.end > audio.duration() + kMayOverhang) {
+      times_.words.back().span.end > sound.duration() + kMayOverhang) {
     const TimesFile::Word& word = times_.words.back();
     heard.warnings.push_back(
         fmt::format("'{}' ends at {:.2f} s by {}, after the sound, which lasts {:.2f} s: it is cut there",
-                    printable(word.text, 40), word.span.end, name_, audio.duration()));
+                    printable(word.text, 40), word.span.end, name_, sound.duration()));
   }
   std::string doubtful;
   std::size_t count = 0;

@@ -26,18 +26,30 @@ constexpr double kSoundLimit = 5;
 constexpr std::ptrdiff_t kMostPrograms = 4;  // of 0.3 GB each
 constexpr std::size_t kMostWords = 1000;     // of a sound
 
-std::vector<NetworkWord> parseWords(std::string_view line) {
+double logProbabilityOf(const JsonField& field) { return std::min(0.0, field["log_probability"].number()); }
+
+std::vector<NetworkWord> wordsIn(const JsonField& list) {
   std::vector<NetworkWord> words;
-  for (const JsonField& word : parseJson(line, kScript, "a list of words").list(0, kMostWords))
-    words.push_back({word["text"].text(), std::min(0.0, word["log_probability"].number())});
+  for (const JsonField& word : list.list(0, kMostWords)) words.push_back({word["text"].text(), logProbabilityOf(word)});
   return words;
 }
 
-std::vector<WordScore> parseScores(std::string_view line) {
-  std::vector<WordScore> scores;
-  for (const JsonField& score : parseJson(line, kScript, "a list of scores").list(0, kMostWords))
-    scores.push_back({std::min(0.0, score["log_probability"].number()), std::min(0.0, score["behind"].number())});
-  return scores;
+std::vector<NetworkWord> parseWords(std::string_view line) {
+  return wordsIn(parseJson(line, kScript, "a list of words"));
+}
+
+std::optional<TextScore> parseScore(std::string_view line) {
+  constexpr std::int64_t kMostTokens = 10'000;
+  const JsonField score = parseJson(line, kScript, "a text's score");
+  if (score.isNull()) return std::nullopt;
+  TextScore parsed{.words = {},
+                   .log_probability = logProbabilityOf(score),
+                   .heard = wordsIn(score["heard"]),
+                   .heard_log_probability = std::min(0.0, score["heard_log_probability"].number()),
+                   .heard_tokens = unsignedIndex(score["heard_tokens"].whole(0, kMostTokens))};
+  for (const JsonField& word : score["words"].list(0, kMostWords))
+    parsed.words.push_back({logProbabilityOf(word), std::min(0.0, word["behind"].number())});
+  return parsed;
 }
 
 template <typename Value>
@@ -124,17 +136,17 @@ void WordNetwork::endWaiting() {
   ended.swap(waiting_);
 }
 
-std::vector<std::vector<WordScore>> WordNetwork::score(std::span<const std::span<const std::int16_t>> sounds,
-                                                       std::span<const std::vector<std::string>> texts) {
+std::vector<std::optional<TextScore>> WordNetwork::score(std::span<const std::span<const std::int16_t>> sounds,
+                                                         std::span<const std::vector<std::string>> texts) {
   MOUTHPIECE_EXPECT(texts.size() == sounds.size());
   Asking asking(*this);
-  std::vector<std::vector<WordScore>> scores;
+  std::vector<std::optional<TextScore>> scores;
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const std::string text = fmt::format("{}", fmt::join(texts[i], " "));
-    scores.push_back(asking.answerTo(sounds[i], text, parseScores));
-    if (!scores[i].empty() && scores[i].size() != texts[i].size() + 1)
+    scores.push_back(asking.answerTo(sounds[i], text, parseScore));
+    if (scores[i] && scores[i]->words.size() != texts[i].size() + 1)
       throw InputError(std::string(kScript), "",
-                       fmt::format("found {} scores; expected {}", scores[i].size(), texts[i].size() + 1));
+                       fmt::format("found {} scores; expected {}", scores[i]->words.size(), texts[i].size() + 1));
   }
   return scores;
 }

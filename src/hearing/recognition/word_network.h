@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <semaphore>
 #include <span>
 #include <stop_token>
@@ -26,6 +27,15 @@ struct WordScore {
   double log_probability = 0, behind = 0;
 };
 
+/// How a network finds a text in a sound.
+struct TextScore {
+  std::vector<WordScore> words;    ///< of the text, and last, that nothing follows them
+  double log_probability = 0;      ///< of the whole text
+  std::vector<NetworkWord> heard;  ///< what it hears without the text
+  double heard_log_probability = 0;
+  std::size_t heard_tokens = 0;  ///< what it wrote that in, of which each has a probability
+};
+
 /// A network that hears English words: docs/theory/hearing/recognition.md#a-network. A program of its own runs it, from
 /// when it is first asked until this ends; one more for each thread that asks at once, four at most. Thread-safe.
 class WordNetwork {
@@ -44,13 +54,15 @@ class WordNetwork {
   std::vector<std::vector<NetworkWord>> hear(std::span<const std::span<const std::int16_t>> sounds,
                                              const std::stop_token& stop = {});
 
-  /// Of each of `sounds`, as above, the words of its text, none of them empty or with a blank in it, and last, that
-  /// nothing follows them; none where the sound is too short. Throws the same.
-  std::vector<std::vector<WordScore>> score(std::span<const std::span<const std::int16_t>> sounds,
-                                            std::span<const std::vector<std::string>> texts);
+  /// Of each of `sounds`, as above, its text, of whose words none is empty or has a blank in it; nothing where the
+  /// sound is too short. Throws the same.
+  std::vector<std::optional<TextScore>> score(std::span<const std::span<const std::int16_t>> sounds,
+                                              std::span<const std::vector<std::string>> texts);
 
   /// Ends the programs that nobody asks just now, which have 0.3 GB each; who asks next waits for a start.
   void endWaiting();
+  /// A program grows with all that it has heard: who asks for more sounds than this ends it after so many.
+  static constexpr std::size_t kAskedOfOneProgram = 15;
 
  private:
   class Asking;

@@ -58,10 +58,12 @@ void noteDoubtfulWords(const ForcedAlignment& alignment, bool quiet) {
 int runAlign(const AlignArguments& given) {
   const Lexicon lexicon = lexiconFrom(given.lexicon);
   const AudioClip audio = readAudio(given.audio);
-  const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(given));
+  const Pronouncer pronouncer(&lexicon);
+  const std::vector<TranscriptWord> words = pronouncer.wordsOf(transcriptOf(given));
   const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
-  ForcedAlignment alignment = ForcedAligner().align(audio, words, given.audio.string(), kind);
-  const std::string fault = judgeByNetwork(*sharedWordNetwork(), audio, alignment);
+  const SamplesToHear to_hear(audio);
+  ForcedAlignment alignment = ForcedAligner().align(to_hear, audio.duration(), words, given.audio.string(), kind);
+  const std::string fault = judgeByNetwork(*sharedWordNetwork(), pronouncer, to_hear, alignment);
   if (!fault.empty()) printNotice(fault, given.quiet);
   writeTextGrid(given.output, alignment.labels);
   noteDoubtfulWords(alignment, given.quiet);

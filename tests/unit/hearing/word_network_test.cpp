@@ -128,12 +128,16 @@ TEST(WordNetwork, TellsHowLikelyTheWordsOfATextAre) {
   const auto scores = WordNetwork(kNetwork).score(sounds, texts);
   ASSERT_EQ(scores.size(), 5U);
   for (const std::size_t right : {0U, 3U}) {
-    ASSERT_EQ(scores[right].size(), texts[right].size() + 1);
-    for (const WordScore& score : scores[right]) EXPECT_GT(score.behind, -2);
+    ASSERT_EQ(scores[right]->words.size(), texts[right].size() + 1);
+    for (const WordScore& score : scores[right]->words) EXPECT_GT(score.behind, -2);
+    EXPECT_EQ(scores[right]->heard.size(), texts[right].size()) << "heard without the text";
   }
-  EXPECT_LT(scores[1][3].behind, scores[0][3].behind - 2) << "another word";
-  EXPECT_LT(scores[2][4].behind, scores[0][6].behind - 2) << "the text ends before the sound";
-  EXPECT_TRUE(scores[4].empty());
+  EXPECT_LT(scores[1]->words[3].behind, scores[0]->words[3].behind - 2) << "another word";
+  EXPECT_LT(scores[1]->log_probability, scores[0]->log_probability - 2);
+  EXPECT_EQ(scores[1]->heard_log_probability, scores[0]->heard_log_probability);
+  EXPECT_GT(scores[0]->heard_tokens, texts[0].size());
+  EXPECT_LT(scores[2]->words[4].behind, scores[0]->words[6].behind - 2) << "the text ends before the sound";
+  EXPECT_FALSE(scores[4]);
 }
 
 /// Lines and a voice from which no weight was learnt.
@@ -143,7 +147,7 @@ TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
   const auto doubts = [&](const AudioClip& sound, const char* text, const fs::path& network) {
     ForcedAlignment alignment = aligner.align(sound, Pronouncer().wordsOf(text), "line");
     WordNetwork by(network);
-    EXPECT_EQ(judgeByNetwork(by, sound, alignment), "");
+    EXPECT_EQ(judgeByNetwork(by, Pronouncer(), SamplesToHear(sound), alignment), "");
     return doubtsAbout(alignment);
   };
   const AudioClip quiet = inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 60);
@@ -190,7 +194,7 @@ TEST_F(BrokenNetwork, LeavesTheDoubtAsItWas) {
       ForcedAligner().align(sound, Pronouncer().wordsOf("measure every garage before you buy"), "line");
   const std::vector<double> before = alignment.line_confidence;
   WordNetwork network(networkOf("process.exit(3);"));
-  EXPECT_TRUE(judgeByNetwork(network, sound, alignment)
+  EXPECT_TRUE(judgeByNetwork(network, Pronouncer(), SamplesToHear(sound), alignment)
                   .starts_with("the network that hears words was not heard (hear_words.mjs: failed"));
   EXPECT_EQ(alignment.line_confidence, before);
 }
