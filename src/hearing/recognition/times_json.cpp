@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
@@ -114,6 +115,25 @@ TimesFile parseWhisper(const JsonField& root, std::string_view name) {
     } else if (!has_words || segment["text"].exists()) {
       builder.addWord(segment["text"].text(), spanIn(segment), segment.path());
     }
+  }
+  return builder.finish();
+}
+
+/// Pipelines of Hugging Face's transformers: words, or lines; the last one's end may be unknown.
+TimesFile parseTransformers(const JsonField& root, std::string_view name) {
+  constexpr Seconds kAWord = 0.5;
+  TimesBuilder builder(name, "Transformers JSON");
+  const std::vector<JsonField> chunks = root["chunks"].list();
+  const auto blanksIn = [](const JsonField& chunk) {
+    const std::string text = chunk["text"].text();
+    return std::ranges::count(trimmed(text), ' ');
+  };
+  if (std::ranges::any_of(chunks, [&](const JsonField& chunk) { return blanksIn(chunk) > 0; })) builder.setLines();
+  for (const JsonField& chunk : chunks) {
+    const std::vector<JsonField> times = chunk["timestamp"].list(2, 2);
+    const Seconds start = times[0].number();
+    const Seconds end = times[1].isNull() ? start + kAWord * asReal(blanksIn(chunk) + 1) : times[1].number();
+    builder.addWord(chunk["text"].text(), {start, end}, chunk.path());
   }
   return builder.finish();
 }
@@ -380,10 +400,12 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (root["transcript"].exists() && root["words"].exists()) return parseGentle(root, name);
   // whisper.cpp has a `result`, too: the language.
   if (root["transcription"].exists()) return parseWhisperCpp(root, name);
+  if (root["chunks"].exists()) return parseTransformers(root, name);
   if (root["result"].exists()) return parseVosk(root, name);
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
-      "has no words, segments, result, results, transcription, alignment, NBest, visemes, phoneme_alignments or "
+      "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments "
+      "or "
       "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, AssemblyAI, "
       "ElevenLabs, Piper or Rhubarb");
 }

@@ -62,6 +62,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Kind{"whisper.json", "Whisper JSON", "The time is now.", "", 0.9},
                     Kind{"whisper_lines.json", "Whisper JSON", "The time is now.", "", 0.1},
                     Kind{"whisperx.json", "Whisper JSON", "The 2 times are now.", "", 0.9},
+                    Kind{"transformers.json", "Transformers JSON", "The time is now.", "", 0.9},
                     Kind{"whisper.tsv", "Whisper TSV", "The time is now.", "", 0.1},
                     Kind{"audacity.txt", "Audacity labels", "The time is now.", "", 0.9},
                     Kind{"whisper_cpp.json", "whisper.cpp JSON", "The time is now.", "", 0.1},
@@ -120,6 +121,10 @@ INSTANTIATE_TEST_SUITE_P(
                    "words": [{"word": "time", "start": 0.3, "end": 0.9}]}, {"text": "so", "start": 1, "end": 1.2,
                    "words": []}]})",
                 "hm 0, time 30, so 100"},
+        Variant{"LinesOfTransformers",
+                R"({"text": "", "chunks": [{"text": " the time", "timestamp": [0.1, 1.0]},
+                   {"text": " is now", "timestamp": [1.2, null]}]})",
+                "the time 10, is now 120"},
         Variant{"BlanksAndNoisesAmongWords",
                 R"({"words": [{"text": "the", "start": 0.1, "end": 0.2, "type": "word"}, {"text": " ", "start": 0.2,
                    "end": 0.3, "type": "spacing"}, {"text": "laughs", "start": 0.3, "end": 0.5, "type": "audio_event"},
@@ -176,8 +181,8 @@ TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
 /// Every kind cut short anywhere is refused with its name, or read as less than the whole; nothing else is thrown.
 TEST(TimesFile, CutShortIsRefusedWithTheFilesName) {
   for (const char* file : {"whisper.json", "vosk.json", "gentle.json", "azure_result.json", "azure_events.json",
-                           "deepgram.json", "transcribe.json", "google.json", "assemblyai.json", "elevenlabs.json",
-                           "piper.json", "rhubarb.json", "rhubarb.xml", "mfa.TextGrid"}) {
+                           "deepgram.json", "transcribe.json", "transformers.json", "google.json", "assemblyai.json",
+                           "elevenlabs.json", "piper.json", "rhubarb.json", "rhubarb.xml", "mfa.TextGrid"}) {
     const std::string bytes = readFile(kTimes / file);
     for (const double share : {0.1, 0.5, 0.9}) {
       const std::string cut = bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));

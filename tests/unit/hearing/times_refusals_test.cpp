@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"a.ctm", "one 1 0.1 0.2 the\ntwo 1 0.3 0.2 time\n",
                 "a.ctm:2: found words of 'two' after those of 'one'; expected one recording a file"},
         Refusal{"a.json", "{}",
-                "a.json: has no words, segments, result, results, transcription, alignment, NBest, visemes, "
+                "a.json: has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, "
                 "phoneme_alignments or "
                 "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, "
                 "AssemblyAI, "
