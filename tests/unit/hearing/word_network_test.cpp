@@ -158,6 +158,12 @@ TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
   const AudioClip noisy = inHiss(saidBy("flite:kal16", said), 5);
   EXPECT_NE(doubts(noisy, said, {}), "");
   EXPECT_EQ(doubts(noisy, said, kNetwork), "");
+  // What the text lacks is heard, though what it has is likely.
+  const char* planks = "the birch canoe slid on the smooth planks";
+  const AudioClip hissing = inHiss(saidBy("flite:kal16", planks), 10);
+  EXPECT_EQ(doubts(hissing, planks, kNetwork), "");
+  EXPECT_EQ(doubts(hissing, planks + 10, {}), "");
+  EXPECT_NE(doubts(hissing, planks + 10, kNetwork).find("canoe"), std::string::npos);
 }
 
 class BrokenNetwork : public testing::Test {
