@@ -20,6 +20,7 @@ constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there
 constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
 constexpr double kFades = 0.5;         ///< of it, on which that ends
 constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
+constexpr double kSkinReach = 0.35;    ///< the chin goes along as far as this from a lip's outer edge
 
 /// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
 bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
@@ -63,6 +64,24 @@ std::vector<Eigen::Vector3d> pointsOf(const FaceMesh& mesh, PartKind kind) {
 
 }  // namespace
 
+/// Skin under the lip goes along the less the further it is from the lip's edge, or it would bulge where the lip goes
+/// in: the surface is as smooth there as everywhere.
+void LipTuck::takeSkin(const ControlMesh& control) {
+  for (std::size_t m = 0; m < control.marker_count; ++m) {
+    if (control.points[m].side != LipSide::kNone) continue;
+    const auto away = [&](const LipPair& pair) {
+      return (control.rest.row(signedIndex(m)) - control.rest.row(pair.lower_marker)).norm() / mouth_width_;
+    };
+    const auto nearest = std::min_element(pairs_.begin(), pairs_.end(), [&](const LipPair& one, const LipPair& other) {
+      return away(one) < away(other);
+    });
+    if (nearest == pairs_.end() || control.rest(signedIndex(m), 1) > control.rest(nearest->lower_marker, 1)) continue;
+    Target& target = targets_[unsignedIndex(nearest - pairs_.begin())];
+    const double share = kMarkerShare * (1 - smoothStep(away(*nearest) / kSkinReach));
+    if (share > 0) target.skin.emplace_back(static_cast<int>(m), share);
+  }
+}
+
 LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
     : pairs_(lipPairs(control)), mouth_width_(control.mouth_width) {
   const std::vector<Eigen::Vector3d> teeth = pointsOf(mesh, PartKind::kUpperTeeth),
@@ -75,21 +94,29 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
   const double middle = 0.5 * (left + right), half = std::max(0.5 * (left - right), 1e-12);
   for (const LipPair& pair : pairs_) {
     const Eigen::Vector3d upper = control.rest.row(pair.upper_rim), lower = control.rest.row(pair.lower_rim);
-    Eigen::Vector3d edge;
-    if (!edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, edge))
-      edge = upper - mouth_width_ * Eigen::Vector3d(0, kEdgeBelow, kEdgeBehind);
-    edge.y() -= kUnder * mouth_width_;
+    Eigen::Vector3d place;
+    Target target;
+    if (edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, place)) {
+      target.raised_to = place.y() + kShown * mouth_width_;
+      place.y() -= kUnder * mouth_width_;
+    } else {
+      target.raised_to = upper.y() + kRaised * mouth_width_;
+      place = upper + mouth_width_ * Eigen::Vector3d(0, kTuckedUp, -kTuckedBehind);
+    }
     // No further forward than where the lip lies anyway.
-    edge.z() = std::max(edge.z(), std::min(lower.z(), leastDepth(lower_teeth, edge, mouth_width_)));
-    places_.push_back(edge);
+    place.z() = std::max(place.z(), std::min(lower.z(), leastDepth(lower_teeth, place, mouth_width_)));
+    places_.push_back(place);
     const double way = std::abs(0.5 * (upper.x() + lower.x()) - middle) / half;
-    shares_.push_back(1 - smoothStep((way - kWhole) / kFades));
+    target.share = 1 - smoothStep((way - kWhole) / kFades);
+    targets_.push_back(target);
   }
+  takeSkin(control);
 }
 
 void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const {
   for (std::size_t i = 0; i < gaps.size(); ++i) {
-    const double share = gaps[i].tuck * shares_[i];
+    const auto& [raised_to, whole, skin] = targets_[i];
+    const double share = gaps[i].tuck * whole;
     if (!(share > 0)) continue;
     const auto& [upper_rim, lower_rim, upper_marker, lower_marker] = pairs_[i];
     const double furthest = kFurthestTuck * mouth_width_;
@@ -98,8 +125,8 @@ void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const
     way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
     points.row(lower_rim) += share * way;
     points.row(lower_marker) += share * kMarkerShare * way;
-    const double shown = places_[i].y() + (kUnder + kShown) * mouth_width_ - points(upper_rim, 1);
-    const double lift = share * std::clamp(shown, 0.0, furthest);
+    for (const auto& [marker, goes_along] : skin) points.row(marker) += share * goes_along * way;
+    const double lift = share * std::clamp(raised_to - points(upper_rim, 1), 0.0, furthest);
     points(upper_rim, 1) += lift;
     points(upper_marker, 1) += kMarkerShare * lift;
   }
