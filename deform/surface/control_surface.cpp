@@ -36,6 +36,11 @@ std::string mouthFault(const ControlMesh& mesh) {
                      mesh.mouth_width, width);
 }
 
+std::string namesOf(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
+  const auto name = [&](std::size_t corner) { return mesh.points[unsignedIndex(triangle[corner])].name; };
+  return name(0) + ", " + name(1) + ", " + name(2);
+}
+
 /// The first broken promise of a control mesh in words, or nothing.
 std::string faultOf(const ControlMesh& mesh) {
   const auto count = signedIndex(mesh.points.size());
@@ -79,7 +84,7 @@ std::string faultOf(const ControlMesh& mesh) {
       upper |= mesh.points[unsignedIndex(corner)].side == LipSide::kUpper;
       lower |= mesh.points[unsignedIndex(corner)].side == LipSide::kLower;
     }
-    if (upper && lower) return "found a triangle that joins the lips";
+    if (upper && lower) return "found a triangle that joins the lips: " + namesOf(mesh, triangle);
     if (!(turn(mesh, triangle) > kLeastTurn * mesh.mouth_width * mesh.mouth_width))
       return "found a triangle that is turned over or flat";
   }

@@ -64,6 +64,15 @@ bool isRim(const ControlPoint& point) {
          point.name.starts_with("CANTHUS_");
 }
 
+/// Between the slit's end and the lips' own: what lies on it belongs to neither lip, and a point there that went with
+/// one would join it to the other.
+bool isBetweenLips(const ControlPoint& one, const ControlPoint& other) {
+  const auto ends = [](const ControlPoint& inner, const ControlPoint& outer) {
+    return inner.name.starts_with("RIM_CORNER_") && outer.name.starts_with("LIP_CORNER_");
+  };
+  return ends(one, other) || ends(other, one);
+}
+
 /// The lip that a triangle wholly belongs to; skin beside the lips is on neither.
 LipSide lipOf(const ControlMesh& control, std::size_t t) {
   for (const int point : control.triangles[t]) {
@@ -198,7 +207,7 @@ class Fitter {
   }
 
   /// Middles of long edges and of large triangles where the surface is off the skin, worst first. Edges of the
-  /// openings' rims and of the ring stay whole.
+  /// openings' rims, of the ring and between the lips stay whole.
   [[nodiscard]] std::vector<Gap> gaps() const {
     const BezierSurface surface(control_);
     std::vector<Gap> found;
@@ -223,7 +232,8 @@ class Fitter {
         const int from = control_.triangles[t][k], to = control_.triangles[t][(k + 1) % 3];
         const double length = (control_.rest.row(from) - control_.rest.row(to)).norm();
         longest = std::max(longest, length);
-        const bool is_whole = (isRim(point(from)) && isRim(point(to))) || (point(from).fixed && point(to).fixed);
+        const bool is_whole = (isRim(point(from)) && isRim(point(to))) || (point(from).fixed && point(to).fixed) ||
+                              isBetweenLips(point(from), point(to));
         if (from < to && !is_whole && length > kLongEdge * control_.mouth_width)
           look({id, k == 1 ? 0.0 : 0.5, k == 2 ? 0.0 : 0.5});
       }

@@ -86,7 +86,8 @@ std::optional<Local> closestInside(const Patch& patch, const Eigen::Vector3d& po
   return Local{u, v, here.squared_distance};
 }
 
-/// No place of the hull of some of a patch's points is nearer to `point`, squared: a curve or patch stays in its points' hull.
+/// No place of the hull of some of a patch's points is nearer to `point`, squared: a curve or patch stays in its
+/// points' hull.
 double leastSquared(const Patch& patch, std::span<const CubicNet> points, const Eigen::Vector3d& point) {
   Eigen::Array3d low = patch.net[points[0]].array(), high = low;
   for (const CubicNet at : points) {
@@ -190,10 +191,9 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   const Eigen::Vector3f n = normal.cast<float>();
   const bool any_normal = normal.isZero();
   // The patches whose samples come nearest; those are looked into first whose balls do, so that few others need be.
-  const Eigen::ArrayXf off = ((balls_.col(0) - p.x()).square() + (balls_.col(1) - p.y()).square() +
-                              (balls_.col(2) - p.z()).square())
-                                 .sqrt() -
-                             balls_.col(3);
+  const Eigen::ArrayXf off =
+      ((balls_.col(0) - p.x()).square() + (balls_.col(1) - p.y()).square() + (balls_.col(2) - p.z()).square()).sqrt() -
+      balls_.col(3);
   std::array<std::pair<float, std::uint32_t>, kCandidates> nearest;
   nearest.fill({std::numeric_limits<float>::infinity(), 0});
   const float soon = std::max(off.minCoeff(), 0.0F) + balls_.col(3).mean();

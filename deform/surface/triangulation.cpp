@@ -85,6 +85,9 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
   const bool is_filled = std::any_of(mesh.points.begin(), mesh.points.end(),
                                      [](const ControlPoint& p) { return p.name.find("FILL_") != std::string::npos; });
   if (!is_filled) lines.push_back(pointsOf(mesh, outerLipLine()));
+  // Between the slit's end and the lips' own no triangle reaches from one lip to the other, wherever skin points lie.
+  for (const char* end : {"_R", "_L"})
+    lines.push_back(pointsOf(mesh, {std::string("LIP_CORNER") + end, std::string("RIM_CORNER") + end}));
   for (const std::array<int, 3>& triangle : mesh.wanted_triangles) lines.emplace_back(triangle.begin(), triangle.end());
   std::set<std::pair<int, int>> kept;  // a line given twice would count as one that crosses another
   for (const std::vector<int>& line : lines) {

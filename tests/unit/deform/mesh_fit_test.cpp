@@ -10,6 +10,7 @@
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
+#include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -117,6 +118,41 @@ TEST_P(BumpyFaces, MoveAsTheyDidWithoutTheirPoints) {
       EXPECT_LT((move - expected).norm(), 1e-3) << along.points[i].name;
     }
     EXPECT_TRUE(is_found) << along.points[i].name;
+  }
+}
+
+/// Where a slit ends well before the lips do, and the skin between bulges: a point put there belongs to no lip.
+TEST(SkinBetweenTheLips, TakesNoPointOfOneLip) {
+  for (const double clicked_beside : {8.0, 11.0, 14.0}) {
+    samples::SampleFace face = samples::makeSampleFace(2.5);
+    const ControlMesh before = buildControlMesh(face.names, face.rest, face.known);
+    for (std::size_t i = 0; i < face.names.size(); ++i) {
+      if (face.names[i] == "LIP_CORNER_R") face.rest(signedIndex(i), 0) -= clicked_beside;
+      if (face.names[i] == "LIP_CORNER_L") face.rest(signedIndex(i), 0) += clicked_beside;
+    }
+    const auto place = [&](const char* name) -> Eigen::Vector2d {
+      return before.rest.row(findPoint(before, name)).head<2>().transpose();
+    };
+    for (const char* end : {"R", "L"}) {
+      const Eigen::Vector2d corner = place((std::string("LIP_CORNER_") + end).c_str());
+      const Eigen::Vector2d middle = corner + Eigen::Vector2d((*end == 'R' ? -0.5 : 0.5) * clicked_beside, 0);
+      for (std::uint32_t v = 0; v < face.skin_vertices; ++v) {
+        const double far = (face.mesh.vertices.row(v).head<2>().transpose().cast<double>() - middle).norm();
+        face.mesh.vertices(v, 2) += asFloat(8 * std::exp(-0.5 * far * far / 36));
+      }
+    }
+    const ControlMesh along = buildControlMesh(face.names, face.rest, face.known, &face.mesh);
+    EXPECT_GT(along.points.size(), before.points.size());
+    for (const char* end : {"R", "L"}) {
+      const Eigen::RowVector2d inner = along.domain.row(findPoint(along, std::string("RIM_CORNER_") + end)),
+                               way = along.domain.row(findPoint(along, std::string("LIP_CORNER_") + end)) - inner;
+      for (std::size_t i = before.points.size(); i < along.points.size(); ++i) {
+        const Eigen::RowVector2d to = along.domain.row(signedIndex(i)) - inner;
+        const double share = to.dot(way) / way.squaredNorm();
+        if (share < 0 || share > 1 || along.points[i].side == LipSide::kNone) continue;
+        EXPECT_GT((to - share * way).norm(), 0.01 * along.mouth_width) << along.points[i].name << clicked_beside;
+      }
+    }
   }
 }
 
