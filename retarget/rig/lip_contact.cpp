@@ -52,6 +52,7 @@ struct LipPoint {
   Eigen::Vector3d weights;
   std::size_t column;
   std::size_t across = 0;  ///< of LipContact::overlaps
+  double way = 0.5;        ///< from the right corner to the left one
 };
 
 Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) {
@@ -366,6 +367,7 @@ class Chooser {
         if (std::abs(way - 0.5) > kBetweenCorners) continue;
         const double column = (way - 0.25) / 0.5 * asReal(kColumns);
         if (column >= 0 && column < asReal(kColumns)) point.column = unsignedIndex(wholePart(column));
+        point.way = way;
         point.across = unsignedIndex(wholePart(std::clamp(way, 0.0, 0.999) * asReal(kLipColumns)));
         points.push_back(point);
       }
@@ -387,7 +389,8 @@ struct LipContactMeter::Data {
   double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0, doubtful_from = 0;
   Lip upper, lower;
   std::vector<Triangle> around;
-  std::array<bool, kColumns> are_one{};  ///< nothing parts there
+  std::pair<double, double> parted{0, 1};  ///< of Chooser::partedBetween
+  std::array<bool, kColumns> are_one{};    ///< nothing parts there
   Surface teeth, tongue;
 };
 
@@ -401,7 +404,8 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->deep_in_tongue = kDeepInTongue * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
-  const auto [first, last] = chooser.partedBetween(data->upper, data->lower);
+  data->parted = chooser.partedBetween(data->upper, data->lower);
+  const auto [first, last] = data->parted;
   for (std::size_t c = 0; c < kColumns; ++c) {
     const double begins = 0.25 + 0.5 * asReal(c) / asReal(kColumns), ends = begins + 0.5 / asReal(kColumns);
     data->are_one[c] = ends <= first || begins >= last;
@@ -449,11 +453,14 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
       double& overlap = contact.overlaps[point.across];
-      if (const auto gap = isSeen(other, gap_here, data_->deep_in_lip, 0, to_lip)) {
+      // Beyond the mesh's own corners the lips are one surface, whose folds are none of one lip in the other.
+      const bool are_two = point.way >= data_->parted.first && point.way <= data_->parted.second;
+      if (const auto gap = are_two ? isSeen(other, gap_here, data_->deep_in_lip, 0, to_lip) : std::nullopt) {
         const double depth = -*gap;
-        contact.seeming_overlap = std::max(contact.seeming_overlap, depth);
+        const bool is_seen = facing.at(point).z() >= kFacesIn;
+        if (is_seen) contact.seeming_overlap = std::max(contact.seeming_overlap, depth);
         if (depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p)) {
-          overlap = std::max(overlap, depth);
+          if (is_seen) overlap = std::max(overlap, depth);
           if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
         }
       }

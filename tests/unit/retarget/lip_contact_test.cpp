@@ -229,6 +229,20 @@ TEST_F(LipContactTest, BeyondAMeshsOwnCornersLipsDoNotPart) {
       EXPECT_GT(beside.gaps[c], 0.1) << c;
     }
   }
+  VertexPositions crossed = withLowerLipAt(1);
+  crossed.row(kLower) = crossed.row(kUpper);
+  const LipContact two = LipContactMeter(mesh_, file_.control).measure(crossed),
+                   one = LipContactMeter(joined, file_.control).measure(crossed);
+  double beyond = 0, between = 0, seen = 0;
+  for (std::size_t c = 0; c < kLipColumns; ++c) {
+    const double from = asReal(c) / asReal(kLipColumns), to = asReal(c + 1) / asReal(kLipColumns);
+    const bool is_beyond = way < 0.5 ? to <= way : from >= way;
+    (is_beyond ? beyond : between) = std::max(is_beyond ? beyond : between, one.overlaps[c]);
+    if (is_beyond) seen = std::max(seen, two.overlaps[c]);
+  }
+  EXPECT_GT(seen, 0.5);
+  EXPECT_EQ(beyond, 0) << "one surface that folds";
+  EXPECT_GT(between, 0.5);
 }
 
 TEST_F(LipContactTest, LipsTouchUntilTheyHaveStretchedAndNeverPass) {
