@@ -360,7 +360,8 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   data->takeSurface(surface);
   data->takeBinding(surface, binding, kinds);
   data->settleAtRest();
-  if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding, options.guard);
+  if (options.guard_lips)
+    data->guard.emplace(mesh, data->closedMouth(), control, binding, options.guard, options.topology);
   data_ = std::move(data);
 }
 

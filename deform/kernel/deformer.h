@@ -13,12 +13,14 @@
 
 namespace mouthpiece {
 
+class HeadTopology;
 struct FaceMesh;
 
 struct DeformerOptions {
   bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison
   bool guard_lips = true;       ///< LipGuard; without it for comparison
   std::span<const std::uint32_t> guard = {};  ///< guardWords() of the same face; empty: its guard is found anew
+  const HeadTopology* topology = nullptr;  ///< of the mesh, opened as `control` tells; null: found where it is needed
 };
 
 /// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and

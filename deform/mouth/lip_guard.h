@@ -133,9 +133,9 @@ class LipGuard {
  public:
   /// `closed`: the mesh's vertices with the lips brought together, unguarded. `found`: words() of the same face's
   /// guard, which spares the search; without them, or where another version of the program found them, all is found
-  /// anew. Throws InputError where they are none of this mesh.
+  /// anew. `topology`: as LipMeeting's. Throws InputError where they are none of this mesh.
   LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control, const FaceBinding& binding,
-           std::span<const std::uint32_t> found = {});
+           std::span<const std::uint32_t> found = {}, const HeadTopology* topology = nullptr);
 
   /// What was found out about the face (docs/formats/face.md).
   [[nodiscard]] std::vector<std::uint32_t> words() const;

@@ -180,7 +180,7 @@ class FacingLip {
 }  // namespace
 
 LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
-                   const FaceBinding& binding, std::span<const std::uint32_t> found)
+                   const FaceBinding& binding, std::span<const std::uint32_t> found, const HeadTopology* topology)
     : pairs_(lipPairs(control)), rim_(openingsOf(control).lip_line), mouth_width_(control.mouth_width) {
   const auto place = [&](int point) -> Vector3f { return control.rest.row(point).transpose().cast<float>(); };
   const int right = findPoint(control, "LIP_CORNER_R"), left = findPoint(control, "LIP_CORNER_L");
@@ -194,7 +194,7 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
   if (!binding.meets) return;
   VertexPositions levelled = closed;
   for (const Levelled& vertex : levelled_) levelled(vertex.vertex, 1) += vertex.way;
-  meeting_.emplace(mesh, levelled, control, binding);
+  meeting_.emplace(mesh, levelled, control, binding, topology);
 }
 
 void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -91,7 +92,8 @@ struct LipMeeting::Data {
   PlaneSquare cost;
   std::array<double, kPlanes> allowed{};  ///< how far lips that cross at rest do
 
-  void takeLips(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  void takeLips(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+                const HeadTopology& topology);
   void takeWays(const FaceMesh& mesh, const VertexPositions& closed);
   [[nodiscard]] Eigen::SparseMatrix<double> stiffness(const VertexPositions& rest) const;
   void look(const float* at, Sections& seen) const;
@@ -202,8 +204,8 @@ double LipMeeting::Data::gapIn(const Sections& seen, const Sections::Edges& edge
 }
 
 /// Triangles of each lip, those across the seam beside the corners with the lip that is nearer.
-void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding) {
-  const HeadTopology topology(mesh, openingsOf(control));
+void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+                                const HeadTopology& topology) {
   const std::vector<Vector3d> rim = openingsOf(control).lip_line;
   std::vector<bool> is_near(mesh.vertexCount());
   for (std::size_t v = 0; v < is_near.size(); ++v)
@@ -267,7 +269,7 @@ void LipMeeting::Data::takeWays(const FaceMesh& mesh, const VertexPositions& clo
 }
 
 LipMeeting::LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
-                       const FaceBinding& binding) {
+                       const FaceBinding& binding, const HeadTopology* topology) {
   auto data = std::make_unique<Data>();
   data->width = control.mouth_width;
   const auto place = [&](const std::string& name) -> Vector3d {
@@ -281,7 +283,9 @@ LipMeeting::LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, cons
   data->forward = across.cross(up).cast<float>();
   data->pitch = asFloat(to_left.dot(across) / double{kPlanes});
   data->first = asFloat(right.dot(across)) + 0.5F * data->pitch;
-  data->takeLips(mesh, control, binding);
+  std::optional<HeadTopology> found;
+  if (topology == nullptr) topology = &found.emplace(mesh, openingsOf(control));
+  data->takeLips(mesh, control, binding, *topology);
   data->takeWays(mesh, closed);
   Sections seen;
   data->look(mesh.vertices.data(), seen);

@@ -9,6 +9,7 @@
 
 namespace mouthpiece {
 
+class HeadTopology;
 struct FaceMesh;
 
 /// Lets the lips of a posed mesh meet by their surfaces as they are, whatever their make: in upright sections across
@@ -19,10 +20,11 @@ class LipMeeting {
  public:
   static constexpr std::size_t kSections = 32;  ///< across the whole mouth
 
-  /// `closed`: the mesh's vertices with the lips brought together. `binding`: of `mesh`, at rest. Throws InputError
-  /// where `control` has no corners of a mouth.
+  /// `closed`: the mesh's vertices with the lips brought together. `binding`: of `mesh`, at rest. `topology`: of
+  /// `mesh` opened at `control`'s openings, where it is known; null: it is found. Throws InputError where `control` has
+  /// no corners of a mouth.
   LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
-             const FaceBinding& binding);
+             const FaceBinding& binding, const HeadTopology* topology = nullptr);
   LipMeeting(LipMeeting&&) noexcept;
   LipMeeting& operator=(LipMeeting&&) noexcept;
   ~LipMeeting();

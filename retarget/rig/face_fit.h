@@ -89,7 +89,8 @@ class LipContactMeter {
   LipContactMeter(LipContactMeter&&) noexcept;
   ~LipContactMeter();
 
-  /// `vertices`: the same mesh moved. `widest`: gaps above it are told as it, which is quicker.
+  /// `vertices`: the same mesh moved. `widest`: gaps above it are told as it, and no slits are looked for, which is
+  /// quicker.
   [[nodiscard]] LipContact measure(const VertexPositions& vertices,
                                    double widest = std::numeric_limits<double>::infinity()) const;
 

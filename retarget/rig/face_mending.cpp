@@ -136,7 +136,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
     binding.meets = way.meets;
     std::optional<LipLevelling> levelling;
     std::optional<FaceRig> moved;
-    const auto take = [&] { moved = FaceRig::of(tried, shared_mesh, face.name); };
+    const auto take = [&] { moved = FaceRig::of(tried, shared_mesh, face.name, &topology); };
     if (way.levels) {
       levelling.emplace(mesh, face.control, binding, *way.levels);
       take();
@@ -180,7 +180,7 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       tried.binding = from.binding;
       relaxAround(mesh, topology, {from.torn.begin(), from.torn.end()}, rims, within * mouth_width, tried.binding,
                   kCoarseEdge * mouth_width);
-      from.found = judge.judge(FaceRig::of(tried, shared_mesh, face.name));
+      from.found = judge.judge(FaceRig::of(tried, shared_mesh, face.name, &topology));
       keepIfBetter(tried, from.found);
       if (judged.faults.empty()) return judged;
     }

@@ -82,7 +82,8 @@ FaceRig FaceRig::of(FaceFile file, FaceMesh mesh, const std::string& name) {
   return of(std::move(file), std::make_shared<const FaceMesh>(std::move(mesh)), name);
 }
 
-FaceRig FaceRig::of(FaceFile file, std::shared_ptr<const FaceMesh> shared_mesh, const std::string& name) {
+FaceRig FaceRig::of(FaceFile file, std::shared_ptr<const FaceMesh> shared_mesh, const std::string& name,
+                    const HeadTopology* topology) {
   const FaceMesh& mesh = *shared_mesh;
   checkBinding(file.binding, mesh, file.control, name);
   RbfWarp warp = [&] {
@@ -94,7 +95,7 @@ FaceRig FaceRig::of(FaceFile file, std::shared_ptr<const FaceMesh> shared_mesh, 
   }();
   Welding welding = weldSplitTriangles(mesh);
   FaceDeformer deformer = [&] {
-    const DeformerOptions options{.guard = file.guard};
+    const DeformerOptions options{.guard = file.guard, .topology = welding.isNothing() ? topology : nullptr};
     try {
       return welding.isNothing()
                  ? FaceDeformer(mesh, file.control, file.binding, options)

@@ -18,6 +18,7 @@
 
 namespace mouthpiece {
 
+class HeadTopology;
 struct FaceMesh;
 struct FaceFile;
 
@@ -36,7 +37,9 @@ class FaceRig {
   /// mesh has changed since the fit (its SHA-256 is in the file), is missing, or the file is damaged.
   static FaceRig load(const std::filesystem::path& face_file);
   /// A face that is fitted but not written yet: `mesh` stands upright, as readMeshOf() gives it. `name`: for messages.
-  static FaceRig of(FaceFile face, std::shared_ptr<const FaceMesh> mesh, const std::string& name);
+  /// `topology`: of the mesh, opened as the face's control surface tells, where it is known.
+  static FaceRig of(FaceFile face, std::shared_ptr<const FaceMesh> mesh, const std::string& name,
+                    const HeadTopology* topology = nullptr);
   static FaceRig of(FaceFile face, FaceMesh mesh, const std::string& name);
 
   FaceRig(FaceRig&&) noexcept;

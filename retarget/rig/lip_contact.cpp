@@ -473,6 +473,9 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   };
   look(data_->lower, upper);
   look(data_->upper, lower);
+  contact.gap = *std::max_element(gaps.begin(), gaps.end());
+  contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
+  if (std::isfinite(widest)) return contact;
   const Sights sights(vertices, data_->from, data_->along);
   const std::array<double, kSights> slits =
       sights.slits(sights.fronts(data_->upper.surface.triangles), sights.fronts(data_->lower.surface.triangles),
@@ -483,8 +486,6 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
     double& tallest = contact.slits[unsignedIndex(wholePart(column))];
     tallest = std::max(tallest, slits[s]);
   }
-  contact.gap = *std::max_element(gaps.begin(), gaps.end());
-  contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   return contact;
 }
 
