@@ -267,7 +267,7 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   EXPECT_EQ(after([](ControlMesh& m) {
               m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")};
             }),
-            in + "a triangle that joins the lips");
+            in + "a triangle that joins the lips: LIP_UP_MID, LIP_LO_MID, LIP_CORNER_L");
   const auto driver = [&](ControlMesh& m) -> PointDriver& { return m.points[markers].drivers.at(0); };
   EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = 5000; }), in + "point " + first + " driven by a later point");
   EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = static_cast<int>(markers); }),
