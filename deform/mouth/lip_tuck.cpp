@@ -20,7 +20,9 @@ constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there
 constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
 constexpr double kFades = 0.5;         ///< of it, on which that ends
 constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
-constexpr double kSkinReach = 0.35;    ///< the chin goes along as far as this from a lip's outer edge
+/// The chin goes along as far as this from a lip's outer edge, and by so much of the rim's way beside it: the walls of
+/// mouths, which thin lips lie close before, go along little.
+constexpr double kSkinReach = 0.45, kSkinShare = 0.12;
 
 /// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
 bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
@@ -77,7 +79,7 @@ void LipTuck::takeSkin(const ControlMesh& control) {
     });
     if (nearest == pairs_.end() || control.rest(signedIndex(m), 1) > control.rest(nearest->lower_marker, 1)) continue;
     Target& target = targets_[unsignedIndex(nearest - pairs_.begin())];
-    const double share = kMarkerShare * (1 - smoothStep(away(*nearest) / kSkinReach));
+    const double share = kSkinShare * (1 - smoothStep(away(*nearest) / kSkinReach));
     if (share > 0) target.skin.emplace_back(static_cast<int>(m), share);
   }
 }
