@@ -217,17 +217,19 @@ PrivateFolder::PrivateFolder() {
   if (error) base = "/tmp";
   sweepLeftovers(base, std::string(kFolderPrefix), "");
   std::string pattern = fs::absolute(base / kFolderPrefix).string() + "XXXXXX";
-  if (::mkdtemp(pattern.data()) == nullptr) {
-    throw InputError(base.string(), "", fmt::format("takes no temporary folder: {}", std::strerror(errno)));
-  }
-  try {
-    path_ = pattern;
-    lock_.emplace(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    unfinished_.emplace(path_);
-  } catch (...) {  // no memory to note it
-    ::rmdir(pattern.c_str());
-    throw;
-  }
+  unfinished_.emplace([&] {
+    if (::mkdtemp(pattern.data()) == nullptr) {
+      throw InputError(base.string(), "", fmt::format("takes no temporary folder: {}", std::strerror(errno)));
+    }
+    try {
+      path_ = pattern;
+      lock_.emplace(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+      return path_;
+    } catch (...) {  // no memory to note it
+      ::rmdir(pattern.c_str());
+      throw;
+    }
+  });
 }
 
 PrivateFolder::~PrivateFolder() {

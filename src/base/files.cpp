@@ -33,8 +33,11 @@ constexpr std::string_view kTemporarySuffix = ".tmp";
 /// An empty file of an unforeseeable name beside `final_path` and nobody else's; it is removed unless it was renamed.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const fs::path& final_path)
-      : TemporaryFile(made(final_path.parent_path(), "." + final_path.filename().string() + ".", final_path)) {}
+  explicit TemporaryFile(const fs::path& final_path) {
+    const std::string prefix = "." + final_path.filename().string() + ".";
+    sweepLeftovers(final_path.parent_path(), prefix, std::string(kTemporarySuffix));
+    unfinished_.emplace([&] { return make(final_path, prefix); });
+  }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
@@ -50,32 +53,26 @@ class TemporaryFile {
   }
 
  private:
-  struct Made {
-    fs::path path;
-    int descriptor;
-  };
-
-  explicit TemporaryFile(const Made& made) try : path_(made.path), lock_(made.descriptor), unfinished_(path_) {
-  } catch (...) {  // no memory to note it
-    ::unlink(made.path.c_str());
-  }
-
-  static Made made(const fs::path& folder, const std::string& prefix, const fs::path& final_path) {
+  /// Once the file is there nothing that could fail is left to do.
+  fs::path make(const fs::path& final_path, const std::string& prefix) {
     constexpr int kTries = 100;
-    sweepLeftovers(folder, prefix, std::string(kTemporarySuffix));
     std::random_device random;  // the system's own source: not to be foreseen
     for (int tries = 0; tries < kTries; ++tries) {
-      fs::path path = folder / fmt::format("{}{:08x}{:08x}{}", prefix, random(), random(), kTemporarySuffix);
-      const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-      if (descriptor >= 0) return {std::move(path), descriptor};
+      path_ = final_path.parent_path() / fmt::format("{}{:08x}{:08x}{}", prefix, random(), random(), kTemporarySuffix);
+      fs::path noted = fs::absolute(path_);
+      const int descriptor = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+      if (descriptor >= 0) {
+        lock_.emplace(descriptor);
+        return noted;
+      }
       if (errno != EEXIST) failWriting(final_path, errno);
     }
     failWriting(final_path, EEXIST);
   }
 
   fs::path path_;
-  FileLock lock_;
-  Unfinished unfinished_;
+  std::optional<FileLock> lock_;
+  std::optional<Unfinished> unfinished_;
   bool renamed_ = false;
 };
 

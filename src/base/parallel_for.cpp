@@ -4,7 +4,6 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -70,8 +69,8 @@ void parallelFor(std::size_t count, std::size_t thread_count, const std::functio
   helpers.reserve(wanted);
   try {
     while (helpers.size() + 1 < wanted) helpers.emplace_back([&queue] { queue.work(true); });
-  } catch (const std::system_error&) {
-    // The machine gives no more threads; those that run do the work.
+  } catch (const std::exception&) {
+    // The machine gives no more threads, or no memory for one; those that run do the work.
   }
   queue.work(!helpers.empty());
   for (std::thread& helper : helpers) helper.join();

@@ -55,12 +55,17 @@ bool isLeftover(const fs::path& path) {
 
 }  // namespace
 
-Unfinished::Unfinished(fs::path file_or_folder) : Unfinished(Thing(fs::absolute(file_or_folder))) {}
-Unfinished::Unfinished(pid_t process_group) : Unfinished(Thing(process_group)) {}
-
-Unfinished::Unfinished(Thing thing) {
+Unfinished::Unfinished(const std::function<fs::path()>& make) {
+  std::list<Thing> own(1);  // all the memory that it takes to note what is made
   const std::scoped_lock lock(noted().mutex);
-  place_ = noted().things.insert(noted().things.end(), std::move(thing));
+  own.front() = make();
+  place_ = own.begin();
+  noted().things.splice(noted().things.end(), own);
+}
+
+Unfinished::Unfinished(pid_t process_group) {
+  const std::scoped_lock lock(noted().mutex);
+  place_ = noted().things.insert(noted().things.end(), process_group);
 }
 
 Unfinished::~Unfinished() {

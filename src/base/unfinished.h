@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <functional>
 #include <list>
 #include <string>
 #include <variant>
@@ -14,7 +15,9 @@ namespace mouthpiece {
 /// the process, whatever object holds the rest of its work.
 class Unfinished {
  public:
-  explicit Unfinished(std::filesystem::path file_or_folder);
+  /// `make` makes a file or folder and returns its absolute path; what it throws is passed on. Nothing is ended while
+  /// it runs, so that none is ever there that is not noted.
+  explicit Unfinished(const std::function<std::filesystem::path()>& make);
   explicit Unfinished(pid_t process_group);
   Unfinished(const Unfinished&) = delete;
   Unfinished& operator=(const Unfinished&) = delete;
@@ -22,7 +25,6 @@ class Unfinished {
 
  private:
   using Thing = std::variant<std::filesystem::path, pid_t>;
-  explicit Unfinished(Thing thing);
   friend void endUnfinished();
   std::list<Thing>::iterator place_;
 };

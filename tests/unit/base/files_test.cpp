@@ -6,7 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <thread>
@@ -46,6 +48,30 @@ TEST(Files, ATemporaryIsNewAndItsNameNotToBeForeseen) {
   EXPECT_EQ(names.size(), 20U);
   EXPECT_EQ(readFile(folder.path() / "a.txt"), "19");
   EXPECT_EQ(namesIn(folder.path()), std::set<std::string>{"a.txt"});
+}
+
+/// Between the making of a file and the noting of it the process may end: whoever ends it waits until both are done.
+TEST(FilesDeathTest, NoneIsThereThatIsNotNoted) {
+  const fs::path path = fs::path(::testing::TempDir()) / ("mouthpiece_begun_" + std::to_string(::getpid()));
+  EXPECT_EXIT(
+      {
+        std::atomic<bool> is_made = false;
+        std::thread maker([&] {
+          const Unfinished begun([&] {
+            std::ofstream(path) << "begun";
+            is_made = true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            return path;
+          });
+          std::this_thread::sleep_for(std::chrono::seconds(60));
+        });
+        while (!is_made) std::this_thread::yield();
+        endUnfinished();
+        std::_Exit(3);
+      },
+      ::testing::ExitedWithCode(3), "");
+  EXPECT_FALSE(fs::exists(path));
+  fs::remove(path);
 }
 
 TEST(Files, APlantedLinkIsNotFollowed) {
