@@ -26,7 +26,7 @@ struct MOUTHPIECE_API SpeakerOptions {
   std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
   std::optional<double> rate;  ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
   std::string language;        ///< BCP 47: of the text, the recording, its labels; empty: the voice's
-  /// How a recording without its words is heard.
+  /// How a recording without its words is heard; with its words, whether they are held against what is heard by words.
   enum class Hear {
     kAuto,   ///< words where they are likely, else phones
     kWords,  ///< words of US English

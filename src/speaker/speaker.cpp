@@ -182,11 +182,12 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
     aligner.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
   }
-  const std::string failure = language == &english() ? judgeByNetwork(*network(), *pronouncer, to_hear, alignment) : "";
-  if (is_long) {
-    network()->endWaiting();
-    line.audio = readRecording(source.audio);
+  std::string failure;
+  if (language == &english() && options.hear != SpeakerOptions::Hear::kPhones) {
+    failure = judgeByNetwork(*network(), *pronouncer, to_hear, alignment);
+    if (is_long) network()->endWaiting();
   }
+  if (is_long) line.audio = readRecording(source.audio);
   line.notice = doubtsAbout(alignment);
   if (!failure.empty()) line.notice += (line.notice.empty() ? "" : "; ") + failure;
   line.labels = std::move(alignment.labels);

@@ -1,4 +1,4 @@
-// The beginning and the end of a stream that hears words.
+// What a network in place of the shared one does to the beginning and the end of a stream, and to a text.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,6 +35,24 @@ class FakeNetwork {
  private:
   PrivateFolder share_;
 };
+
+TEST(Texts, AreNotHeldAgainstTheNetworkWherePhonesAreHeard) {
+  const fs::path kShare = MOUTHPIECE_BUILD_SHARE_DIR;
+  if (!fs::exists(kShare / "sample.corpus")) GTEST_SKIP() << "no sample corpus in " << kShare << ": run `make data`";
+  const FakeNetwork network("process.exit(1);");
+  const PrivateFolder scratch;
+  const fs::path wav = scratch.path() / "said.wav";
+  writeWav(wav, makeVoice("flite:slt")->speak("my mother bought a blue boat").audio);
+  const auto warningsBy = [&](SpeakerOptions::Hear hear) {
+    SpeakerOptions options;
+    options.corpus = kShare / "sample.corpus";
+    options.with_face = false;
+    options.hear = hear;
+    return Speaker(options).perform(Line::recorded(wav, "my mother bought a blue boat")).warnings().size();
+  };
+  EXPECT_GT(warningsBy(SpeakerOptions::Hear::kAuto), 0U) << "a network that fails is told";
+  EXPECT_EQ(warningsBy(SpeakerOptions::Hear::kPhones), 0U);
+}
 
 /// Who speaks is not waited for; when nothing follows the last words are.
 TEST(LiveEnd, WaitsForItsWords) {
