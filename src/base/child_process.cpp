@@ -194,7 +194,7 @@ std::optional<int> waitUntil(pid_t child, Clock::time_point deadline) {
 /// A child that ends with this, if it has not been waited for.
 class RunningChild {
  public:
-  explicit RunningChild(pid_t number) : number_(number) {}
+  explicit RunningChild(const std::function<pid_t()>& start) : unfinished_([&] { return number_ = start(); }) {}
   RunningChild(const RunningChild&) = delete;
   RunningChild& operator=(const RunningChild&) = delete;
   ~RunningChild() {
@@ -206,7 +206,8 @@ class RunningChild {
   [[nodiscard]] pid_t number() const { return number_; }
 
  private:
-  pid_t number_;
+  pid_t number_ = 0;
+  Unfinished unfinished_;
 };
 
 }  // namespace
@@ -267,9 +268,9 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   std::optional<Stream> input;
   if (feed) input.emplace(program.string());
   const auto deadline = deadlineIn(time_limit);
-  const pid_t child = startChild(program, arguments, folder, input ? input->its.number() : -1, write_end.number());
-  RunningChild running(child);
-  const Unfinished unfinished(child);
+  RunningChild running(
+      [&] { return startChild(program, arguments, folder, input ? input->its.number() : -1, write_end.number()); });
+  const pid_t child = running.number();
   write_end.close();
   if (input) input->its.close();
   ChildResult result;
@@ -303,13 +304,10 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
 
 struct AnsweringChild::Running {
   Running(const fs::path& program, const std::vector<std::string>& arguments, std::string of)
-      : name(std::move(of)),
-        input(name),
-        output(name),
-        answers(name),
-        child(startChild(program, arguments, folder.path(), input.its.number(), output.its.number(),
-                         answers.its.number())),
-        unfinished(child.number()) {
+      : name(std::move(of)), input(name), output(name), answers(name), child([&] {
+          return startChild(program, arguments, folder.path(), input.its.number(), output.its.number(),
+                            answers.its.number());
+        }) {
     for (Stream* stream : {&input, &output, &answers}) stream->its.close();
   }
 
@@ -317,7 +315,6 @@ struct AnsweringChild::Running {
   PrivateFolder folder;
   Stream input, output, answers;
   RunningChild child;
-  Unfinished unfinished;
 };
 
 AnsweringChild::AnsweringChild(const fs::path& program, const std::vector<std::string>& arguments, std::string name)

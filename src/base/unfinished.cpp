@@ -55,17 +55,12 @@ bool isLeftover(const fs::path& path) {
 
 }  // namespace
 
-Unfinished::Unfinished(const std::function<fs::path()>& make) {
-  std::list<Thing> own(1);  // all the memory that it takes to note what is made
+Unfinished::Unfinished(const std::function<Thing()>& begin) {
+  std::list<Thing> own(1);  // all the memory that it takes to note what is begun
   const std::scoped_lock lock(noted().mutex);
-  own.front() = make();
+  own.front() = begin();
   place_ = own.begin();
   noted().things.splice(noted().things.end(), own);
-}
-
-Unfinished::Unfinished(pid_t process_group) {
-  const std::scoped_lock lock(noted().mutex);
-  place_ = noted().things.insert(noted().things.end(), process_group);
 }
 
 Unfinished::~Unfinished() {

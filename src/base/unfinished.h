@@ -15,16 +15,16 @@ namespace mouthpiece {
 /// the process, whatever object holds the rest of its work.
 class Unfinished {
  public:
-  /// `make` makes a file or folder and returns its absolute path; what it throws is passed on. Nothing is ended while
-  /// it runs, so that none is ever there that is not noted.
-  explicit Unfinished(const std::function<std::filesystem::path()>& make);
-  explicit Unfinished(pid_t process_group);
+  /// The absolute path of a file or folder, or a process group.
+  using Thing = std::variant<std::filesystem::path, pid_t>;
+  /// `begin` begins it; what it throws is passed on. Nothing is ended while it runs, so that none is ever there that is
+  /// not noted.
+  explicit Unfinished(const std::function<Thing()>& begin);
   Unfinished(const Unfinished&) = delete;
   Unfinished& operator=(const Unfinished&) = delete;
   ~Unfinished();
 
  private:
-  using Thing = std::variant<std::filesystem::path, pid_t>;
   friend void endUnfinished();
   std::list<Thing>::iterator place_;
 };
