@@ -172,7 +172,7 @@ TEST(Arkit, RefusesAHeadWithoutSuchShapes) {
 
 TEST(Arkit, ShapesOfAnotherMeshAreRefused) {
   Head head = headWith({"jawOpen", "mouthSmile_L", "mouthSmile_R"});
-  const FaceAnimation animation = animationOf(head, Eigen::MatrixXf::Zero(3, 2));
+  const FaceAnimation animation = animationOf(head, Eigen::MatrixXf::Zero(3, 3));
   for (VertexPositions& moves : head.shapes.moves) moves.conservativeResize(moves.rows() + 1000, 3);
   EXPECT_THROW((void)fitArkit(framesOf(animation), head.mesh, head.shapes), InputError);
 }
