@@ -212,10 +212,14 @@ class RunningChild {
 
 }  // namespace
 
-PrivateFolder::PrivateFolder() {
+fs::path temporaryFolder() {
   std::error_code error;
-  fs::path base = fs::temp_directory_path(error);
-  if (error) base = "/tmp";
+  fs::path folder = fs::temp_directory_path(error);
+  return error ? fs::path("/tmp") : folder;
+}
+
+PrivateFolder::PrivateFolder() {
+  const fs::path base = temporaryFolder();
   sweepLeftovers(base, std::string(kFolderPrefix), "");
   std::string pattern = fs::absolute(base / kFolderPrefix).string() + "XXXXXX";
   unfinished_.emplace([&] {

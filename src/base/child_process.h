@@ -14,6 +14,9 @@
 
 namespace mouthpiece {
 
+/// The system's: TMPDIR where it names a folder, else /tmp.
+std::filesystem::path temporaryFolder();
+
 /// A folder only we can enter, gone with its content when this goes; what killed processes left goes, too.
 class PrivateFolder {
  public:

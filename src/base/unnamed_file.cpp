@@ -10,18 +10,13 @@
 #include <filesystem>
 #include <string>
 
+#include "base/child_process.h"
 #include "base/errors.h"
 
 namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path temporaryFolder() {
-  std::error_code error;
-  const fs::path folder = fs::temp_directory_path(error);
-  return error ? fs::path("/tmp") : folder;
-}
 
 [[noreturn]] void fail(int error) {
   throw InputError(temporaryFolder().string(), "", fmt::format("takes no temporary file: {}", std::strerror(error)));

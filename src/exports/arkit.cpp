@@ -246,6 +246,105 @@ void closeLids(const SeenMotion& motion, RowMajorMatrixF& weights) {
   }
 }
 
+/// Skin that the frames or a shape move, and the pairs of the slit that come nearest in them.
+struct MovingSkin {
+  std::vector<Eigen::Index> vertices;
+  VertexPositions rest;  ///< of these
+  Slit slit;             ///< its heights not yet filled in
+};
+
+MovingSkin movingSkin(const FrameMaker& frames, const FaceMesh& mesh, const std::vector<DrivenShape>& driven,
+                      const std::vector<bool>& is_bare) {
+  const std::vector<Eigen::Index> skin = skinVertices(mesh);
+  const std::vector<SlitPair> pairs = middlePairs(mesh, driven);
+  std::vector<float> lowest(pairs.size(), std::numeric_limits<float>::max());
+  std::vector<bool> moves(skin.size(), false);
+  const float still = asFloat(1e-6 / mesh.metres_per_unit);
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    moves[i] = std::any_of(driven.begin(), driven.end(), [&](const DrivenShape& shape) {
+      return shape.isSeenIn(skin[i], is_bare) && shape.moves.row(skin[i]).cwiseAbs().maxCoeff() > still;
+    });
+  }
+  frames.inBlocks([&](Eigen::Index, const RowMajorMatrixF& rows) {
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      if (moves[i] || !is_bare[unsignedIndex(skin[i])]) continue;
+      moves[i] = (rows.middleCols<3>(3 * skin[i]).rowwise() - mesh.vertices.row(skin[i])).cwiseAbs().maxCoeff() > still;
+    }
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      lowest[i] = std::min(lowest[i], heightsOf(pairs[i], rows).minCoeff());
+  });
+  MovingSkin moving;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    if (moves[i]) moving.vertices.push_back(skin[i]);
+  }
+  moving.rest = mesh.vertices(moving.vertices, Eigen::all);
+  moving.slit = slitOf(pairs, lowest, mesh, driven, frames.frame_count);
+  return moving;
+}
+
+/// (3 * vertices) x 52; shapes of one ARKit name are one.
+Eigen::MatrixXf shapesOn(const std::vector<Eigen::Index>& vertices, const std::vector<DrivenShape>& driven,
+                         const std::vector<bool>& is_bare) {
+  Eigen::MatrixXf shapes = Eigen::MatrixXf::Zero(3 * signedIndex(vertices.size()), kShapes);
+  for (const DrivenShape& shape : driven) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (shape.isSeenIn(vertices[i], is_bare))
+        shapes.block<3, 1>(3 * signedIndex(i), shape.number) += shape.moves.row(vertices[i]).transpose();
+    }
+  }
+  return shapes;
+}
+
+/// The weights, and in how many frames lips meet. Where the weights leave lips apart that meet, they are asked for as
+/// much more all over: the place that gapes alone is too little to be heard.
+void fitMeetingLips(const SeenMotion& motion, const Slit& slit, double mm_per_unit, const ArkitOptions& options,
+                    ArkitCurves& curves) {
+  constexpr int kRounds = 5;
+  const auto present = std::count(curves.has_shape.begin(), curves.has_shape.end(), true);
+  ShapeClosures closures = closuresOf(slit, mm_per_unit);
+  curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
+  const Eigen::MatrixXf meant = closures.most;
+  for (int round = 0; round < kRounds; ++round) {
+    RowMajorMatrixF weights = fitShapeWeights(motion.shapes, motion.seen, unsignedIndex(present), options, &closures);
+    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - meant;
+    std::size_t kept = 0;
+    for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
+      if (!closures.in_frame[unsignedIndex(t)]) continue;
+      const float apart = beyond.col(t).maxCoeff();
+      if (mm_per_unit * static_cast<double>(apart) < kKeptMm)
+        ++kept;
+      else
+        closures.most.col(t).array() -= apart;
+    }
+    closures.least = closures.least.cwiseMin(closures.most);
+    if (round == 0 || kept > curves.closures_kept) {
+      curves.weights = std::move(weights);
+      curves.closures_kept = kept;
+    }
+    if (curves.closures_kept == curves.closures) break;
+  }
+}
+
+/// What the weights leave of the motion.
+void measureErrors(const FrameMaker& frames, const MovingSkin& skin, const SeenMotion& motion, double mm_per_unit,
+                   ArkitCurves& curves) {
+  double squares = 0;
+  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
+    const Eigen::MatrixXf miss = motionOf(rows, skin.vertices, skin.rest) -
+                                 motion.shapes * curves.weights.middleRows(first, rows.rows()).transpose();
+    for (Eigen::Index t = 0; t < miss.cols(); ++t) {
+      for (Eigen::Index row = 0; row < miss.rows(); row += 3) {
+        const double square = static_cast<double>(miss.col(t).segment<3>(row).squaredNorm());
+        curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
+        squares += square;
+      }
+    }
+  });
+  const double count = std::max(1.0, asReal(skin.vertices.size()) * asReal(frames.frame_count));
+  curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
+  curves.rms_motion_mm = mm_per_unit * std::sqrt(motion.squares / count);
+}
+
 }  // namespace
 
 ArkitCurves fitArkit(const FrameMaker& given, const FaceMesh& mesh, const FaceShapes& shapes,
@@ -267,93 +366,20 @@ ArkitCurves fitArkit(const FrameMaker& given, const FaceMesh& mesh, const FaceSh
   const std::vector<DrivenShape> driven = drivenShapes(shapes, is_bare);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
 
-  // Skin that the frames or a shape move, and the pairs of the slit that come nearest.
-  const std::vector<Eigen::Index> skin = skinVertices(mesh);
-  const std::vector<SlitPair> pairs = middlePairs(mesh, driven);
-  std::vector<float> lowest(pairs.size(), std::numeric_limits<float>::max());
-  std::vector<bool> moves(skin.size(), false);
-  const float still = asFloat(1e-6 / mesh.metres_per_unit);
-  for (std::size_t i = 0; i < skin.size(); ++i) {
-    moves[i] = std::any_of(driven.begin(), driven.end(), [&](const DrivenShape& shape) {
-      return shape.isSeenIn(skin[i], is_bare) && shape.moves.row(skin[i]).cwiseAbs().maxCoeff() > still;
-    });
-  }
-  frames.inBlocks([&](Eigen::Index, const RowMajorMatrixF& rows) {
-    for (std::size_t i = 0; i < skin.size(); ++i) {
-      if (moves[i] || !is_bare[unsignedIndex(skin[i])]) continue;
-      moves[i] = (rows.middleCols<3>(3 * skin[i]).rowwise() - mesh.vertices.row(skin[i])).cwiseAbs().maxCoeff() > still;
-    }
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      lowest[i] = std::min(lowest[i], heightsOf(pairs[i], rows).minCoeff());
+  MovingSkin skin = movingSkin(frames, mesh, driven, is_bare);
+  SeenMotion motion(shapesOn(skin.vertices, driven, is_bare), frames.frame_count);
+  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
+    motion.add(first, motionOf(rows, skin.vertices, skin.rest));
+    for (std::size_t i = 0; i < skin.slit.pairs.size(); ++i)
+      skin.slit.heights.row(signedIndex(i)).segment(first, rows.rows()) = heightsOf(skin.slit.pairs[i], rows);
   });
-  std::vector<Eigen::Index> vertices;
-  for (std::size_t i = 0; i < skin.size(); ++i) {
-    if (moves[i]) vertices.push_back(skin[i]);
-  }
-  const VertexPositions rest = mesh.vertices(vertices, Eigen::all);
-
   ArkitCurves curves;
   curves.frame_rate_hz = frames.frame_rate_hz;
   curves.has_shape.assign(kArkitNames.size(), false);
-  // Shapes of one ARKit name are one.
-  Eigen::MatrixXf moved_by = Eigen::MatrixXf::Zero(3 * signedIndex(vertices.size()), kShapes);
-  for (const DrivenShape& shape : driven) {
-    curves.has_shape[unsignedIndex(shape.number)] = true;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      if (shape.isSeenIn(vertices[i], is_bare))
-        moved_by.block<3, 1>(3 * signedIndex(i), shape.number) += shape.moves.row(vertices[i]).transpose();
-    }
-  }
-  SeenMotion motion(std::move(moved_by), frames.frame_count);
-  Slit slit = slitOf(pairs, lowest, mesh, driven, frames.frame_count);
-  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
-    motion.add(first, motionOf(rows, vertices, rest));
-    for (std::size_t i = 0; i < slit.pairs.size(); ++i)
-      slit.heights.row(signedIndex(i)).segment(first, rows.rows()) = heightsOf(slit.pairs[i], rows);
-  });
-
-  const auto present = std::count(curves.has_shape.begin(), curves.has_shape.end(), true);
-  ShapeClosures closures = closuresOf(slit, mm_per_unit);
-  curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
-  // Where the weights leave lips apart that meet, they are asked for as much more all over: the
-  // place that gapes alone is too little to be heard.
-  constexpr int kRounds = 5;
-  const Eigen::MatrixXf meant = closures.most;
-  for (int round = 0; round < kRounds; ++round) {
-    RowMajorMatrixF weights = fitShapeWeights(motion.shapes, motion.seen, unsignedIndex(present), options, &closures);
-    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - meant;
-    std::size_t kept = 0;
-    for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
-      if (!closures.in_frame[unsignedIndex(t)]) continue;
-      const float apart = beyond.col(t).maxCoeff();
-      if (mm_per_unit * static_cast<double>(apart) < kKeptMm)
-        ++kept;
-      else
-        closures.most.col(t).array() -= apart;
-    }
-    closures.least = closures.least.cwiseMin(closures.most);
-    if (round == 0 || kept > curves.closures_kept) {
-      curves.weights = std::move(weights);
-      curves.closures_kept = kept;
-    }
-    if (curves.closures_kept == curves.closures) break;
-  }
+  for (const DrivenShape& shape : driven) curves.has_shape[unsignedIndex(shape.number)] = true;
+  fitMeetingLips(motion, skin.slit, mm_per_unit, options, curves);
   closeLids(motion, curves.weights);
-  double squares = 0;
-  frames.inBlocks([&](Eigen::Index first, const RowMajorMatrixF& rows) {
-    const Eigen::MatrixXf miss =
-        motionOf(rows, vertices, rest) - motion.shapes * curves.weights.middleRows(first, rows.rows()).transpose();
-    for (Eigen::Index t = 0; t < miss.cols(); ++t) {
-      for (Eigen::Index row = 0; row < miss.rows(); row += 3) {
-        const double square = static_cast<double>(miss.col(t).segment<3>(row).squaredNorm());
-        curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
-        squares += square;
-      }
-    }
-  });
-  const double count = std::max(1.0, asReal(vertices.size()) * asReal(frames.frame_count));
-  curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
-  curves.rms_motion_mm = mm_per_unit * std::sqrt(motion.squares / count);
+  measureErrors(frames, skin, motion, mm_per_unit, curves);
   return curves;
 }
 

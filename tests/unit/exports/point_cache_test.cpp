@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -83,6 +84,20 @@ TEST(PointCaches, AreWrittenAsTheirFramesAreMade) {
       EXPECT_EQ(std::bit_cast<float>(bigEndianAt(mdd, 8 + 4 * kFrames + 12 * frame + 4 * i)), value);
     }
   }
+}
+
+TEST(FrameMakers, HoldWhatIsShortAndMakeAnewWhatIsLong) {
+  int made = 0;
+  const FrameMaker frames{50, 130, 3, {}, [&](Eigen::Index frame, std::span<float> out) {
+                            ++made;
+                            std::fill(out.begin(), out.end(), asFloat(asReal(frame)));
+                          }};
+  const FrameMaker held = heldIfShort(frames, 130 * 3 * sizeof(float));
+  EXPECT_EQ(made, 130);
+  const FrameMaker long_ones = heldIfShort(frames, 130 * 3 * sizeof(float) - 1);
+  EXPECT_EQ(made, 130);
+  EXPECT_EQ(held.all().positions, long_ones.all().positions);
+  EXPECT_EQ(made, 260);
 }
 
 TEST(Mdd, IsLaidOutAsTheFormatSays) {
