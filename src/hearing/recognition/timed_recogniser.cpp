@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -83,10 +84,11 @@ class TimedRecogniser : public Recogniser {
   struct Group {
     std::size_t first = 0, end = 0;  ///< of times_.words
   };
-  [[nodiscard]] std::vector<Group> groups() const;
+  [[nodiscard]] std::vector<Group> groupsWithoutPhones() const;
   void alignGroup(const Group& group, const SoundInParts& sound, HeardSpeech& heard);
   void addAligned(const Group& group, const std::vector<std::size_t>& owners, const ForcedAlignment& alignment,
                   Seconds offset);
+  void putInOrder();
   void addEvenly(const Group& group, const std::vector<std::size_t>& owners, const std::vector<TranscriptWord>& words);
 
   std::string name_;
@@ -100,10 +102,15 @@ class TimedRecogniser : public Recogniser {
   std::vector<std::string> words_;
 };
 
-std::vector<TimedRecogniser::Group> TimedRecogniser::groups() const {
+std::vector<TimedRecogniser::Group> TimedRecogniser::groupsWithoutPhones() const {
+  std::vector<bool> has_phones(times_.words.size());
+  for (const PhoneSegment& phone : segments_) {
+    if (phone.word) has_phones[*phone.word] = true;
+  }
   std::vector<Group> all;
   for (std::size_t i = 0; i < times_.words.size(); ++i) {
-    const bool joins = !times_.words_are_lines && !all.empty() &&
+    if (has_phones[i]) continue;
+    const bool joins = !times_.words_are_lines && !all.empty() && all.back().end == i &&
                        times_.words[i].span.start - times_.words[i - 1].span.end < kTogether &&
                        times_.words[i].span.end - times_.words[all.back().first].span.start < kLongestTogether;
     if (joins) {
@@ -201,6 +208,29 @@ void TimedRecogniser::alignGroup(const Group& group, const SoundInParts& sound, 
   }
 }
 
+/// Words that were aligned come between those whose phones were given.
+void TimedRecogniser::putInOrder() {
+  std::vector<std::size_t> order(segments_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [this](std::size_t a, std::size_t b) { return segments_[a].span.start < segments_[b].span.start; });
+  std::vector<PhoneSegment> segments;
+  std::vector<double> confidence;
+  std::vector<std::string> words;
+  std::optional<std::size_t> last_word;
+  for (const std::size_t i : order) {
+    segments.push_back(segments_[i]);
+    confidence.push_back(confidence_[i]);
+    if (!segments_[i].word) continue;
+    if (last_word != segments_[i].word) words.push_back(words_[*segments_[i].word]);
+    last_word = segments_[i].word;
+    segments.back().word = words.size() - 1;
+  }
+  segments_ = std::move(segments);
+  confidence_ = std::move(confidence);
+  words_ = std::move(words);
+}
+
 HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   const SoundInParts sound(std::move(audio));
   const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
@@ -227,9 +257,9 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
     if (times_.phones_are_shapes)
       heard.warnings.push_back(times_.kind +
                                " tells mouth shapes, not phones: each is shown by one phone that looks so");
-  } else {
-    for (const Group& group : groups()) alignGroup(group, sound, heard);
   }
+  for (const Group& group : groupsWithoutPhones()) alignGroup(group, sound, heard);
+  if (has_phones) putInOrder();
   // The sound's end is the end; neighbours do not overlap.
   std::vector<PhoneSegment> kept;
   std::vector<double> sure;

@@ -9,25 +9,12 @@
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
-#include "phonetics/labels/label_files.h"
-#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr Seconds kLatestTime = 24 * 3600.0;
 constexpr Seconds kForgivenOverlap = 0.05, kLeastTime = 0.010;
-
-TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
-  TimesFile times;
-  times.kind = std::move(kind);
-  for (const LabelledWord& word : labels.words) times.words.push_back({word.text, labels.spanOf(word.phones), 1});
-  for (const LabelledPhone& phone : labels.phones) {
-    if (phone.phone != Phone::kSil)
-      times.phones.push_back({.phone = phone.phone, .span = phone.span, .word = phone.word});
-  }
-  return times;
-}
 
 /// With the blanks and tabs at its end.
 std::string_view wholeFirstLine(std::string_view text) {
@@ -36,15 +23,6 @@ std::string_view wholeFirstLine(std::string_view text) {
   return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
 }
 std::string_view firstLine(std::string_view text) { return trimmed(wholeFirstLine(text)); }
-
-/// Rows of a CTM. Most Latin letters are signs of IPA: where phones had several sounds in every fourth row, they are
-/// words.
-std::size_t countRows(std::string_view text) {
-  std::size_t rows = 0;
-  LineReader reader(text);
-  for (std::string_view line; reader.next(line);) rows += trimmed(line).empty() || line.starts_with(";;") ? 0U : 1U;
-  return rows;
-}
 
 /// "name channel start duration label".
 bool isCtm(std::string_view line) {
@@ -129,29 +107,26 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   const std::string_view first = firstLine(text);
   if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");
   if (first.starts_with("File type") || first.starts_with("\"ooTextFile") || first.starts_with("ooBinaryFile"))
-    return fromLabels(parseTextGrid(bytes, name, language), "TextGrid");
+    return parseTimedTextGrid(bytes, name, language);
   if (first.starts_with('{') || first.starts_with('['))
     return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);
   if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);
+  if (first.starts_with("Begin,End,Label,Type")) return parseTiersCsv(text, name, language);
   if (isTabbedLine(wholeFirstLine(text))) return parseTabbedLines(text, name);
   if (isTsv(first)) return parseRhubarbTsv(text, name);
   if (first.starts_with(";;") || isCtm(first)) {
-    // Phones and words are written alike; words are no phones.
-    try {
-      TimesFile phones = fromLabels(parseLabFile(bytes, name, {.language = &language}), "CTM of phones");
-      if (4 * phones.phones.size() <= 5 * countRows(text)) return phones;
-    } catch (const InputError&) {  // then it is words
-    }
+    if (std::optional<TimesFile> phones = parsePhoneCtm(text, name, language)) return std::move(*phones);
     return parseWordCtm(text, name);
   }
   throw InputError(
       name, "1",
-      fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, Deepgram, Amazon "
-                  "Transcribe, Google, AssemblyAI, ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, Whisper's TSV, "
-                  "Audacity's labels, a TextGrid, CTM, SRT "
-                  "or WebVTT",
-                  printable(first.substr(0, 24))));
+      fmt::format(
+          "starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, Deepgram, Amazon "
+          "Transcribe, Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper, Rhubarb or the Montreal "
+          "Forced Aligner, its CSV, Rhubarb's TSV or XML, Whisper's TSV, Audacity's labels, a TextGrid, CTM, "
+          "SRT or WebVTT",
+          printable(first.substr(0, 24))));
 }
 
 }  // namespace mouthpiece

@@ -25,10 +25,11 @@ struct TimesFile {
 };
 
 /// Words and times of another program, its kind told by its content: JSON of Whisper (openai, whisper.cpp), Vosk,
-/// Gentle, Azure, Deepgram, Amazon Transcribe, Google, AssemblyAI, ElevenLabs, Piper and Rhubarb, Polly's speech marks,
-/// Rhubarb's TSV and XML, Whisper's TSV, Audacity's labels, TextGrid, CTM, SRT and WebVTT. `bytes` is hostile; `name`
-/// stands for the file in messages. Throws InputError for no kind that is known, what is cut short or lacks a field,
-/// and times that are negative, no numbers or out of order.
+/// Gentle, Azure, Deepgram, Amazon Transcribe, Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper and
+/// Rhubarb, Polly's speech marks, Rhubarb's TSV and XML, the Montreal Forced Aligner's JSON and CSV, Whisper's TSV,
+/// Audacity's labels, TextGrid, CTM, SRT and WebVTT. `bytes` is hostile; `name` stands for the file in messages. Throws
+/// InputError for no kind that is known, what is cut short or lacks a field, and times that are negative, no numbers or
+/// out of order.
 TimesFile parseTimes(std::string_view bytes, std::string_view name, const Language& language = english());
 
 /// Hears what the file says: phones that it lacks are aligned inside their words. `lexicon` is kept alive by the

@@ -388,6 +388,8 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   }
   if (root["results"].exists() || root["response"].exists()) return parseResults(root, name);
   if (root["audio_url"].exists() && root["words"].exists()) return parseAssemblyAi(root, name);
+  if (root["monologues"].exists()) return parseRev(root["monologues"], name);
+  if (root["tiers"].exists()) return parseTiersJson(root["tiers"], name, language);
   if (root["mouthCues"].exists()) return parseRhubarbJson(root, name);
   if (root["NBest"].exists()) return parseAzureResult(root, name, language);
   if (root["visemes"].exists()) {
@@ -404,10 +406,9 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (root["result"].exists()) return parseVosk(root, name);
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
-      "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments "
-      "or "
-      "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, AssemblyAI, "
-      "ElevenLabs, Piper or Rhubarb");
+      "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments, "
+      "mouthCues, monologues or tiers; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, "
+      "Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper, Rhubarb or the Montreal Forced Aligner");
 }
 
 /// Polly's speech marks, in milliseconds and without ends: each lasts until the next; Vosk's results one a line.

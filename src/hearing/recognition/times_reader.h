@@ -31,11 +31,19 @@ class TimesBuilder {
   Seconds last_phone_end_ = 0;
 };
 
-/// Each throws InputError; times_json.cpp, times_services.cpp and times_lines.cpp.
+/// Each throws InputError; times_json.cpp, times_services.cpp, times_tiers.cpp and times_lines.cpp.
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language);
-/// Of Deepgram, Amazon Transcribe and Google.
+/// Of Deepgram, Amazon Transcribe, Google, Watson and Speechmatics.
 TimesFile parseResults(const JsonField& root, std::string_view name);
 TimesFile parseAssemblyAi(const JsonField& root, std::string_view name);
+TimesFile parseRev(const JsonField& monologues, std::string_view name);
+/// Words with their phones, or alone. `bytes`: not decoded yet.
+TimesFile parseTimedTextGrid(std::string_view bytes, std::string_view name, const Language& language);
+/// The Montreal Forced Aligner's other two ways to write these.
+TimesFile parseTiersJson(const JsonField& tiers, std::string_view name, const Language& language);
+TimesFile parseTiersCsv(std::string_view text, std::string_view name, const Language& language);
+/// Phones of a CTM; nullopt where the rows are words, which are written alike.
+std::optional<TimesFile> parsePhoneCtm(std::string_view text, std::string_view name, const Language& language);
 TimesFile parseJsonLines(std::string_view text, std::string_view name);
 TimesFile parseSubtitles(std::string_view text, std::string_view name);
 TimesFile parseTabbedLines(std::string_view text, std::string_view name);

@@ -79,16 +79,53 @@ TimesFile parseGoogle(const JsonField& results, std::string_view name) {
   return builder.finish();
 }
 
+/// Of Google's kind, but that words are lists: ["the", 0.1, 0.3].
+TimesFile parseWatson(const JsonField& results, std::string_view name) {
+  TimesBuilder builder(name, "Watson JSON");
+  for (const JsonField& result : results.list()) {
+    const JsonField best = result["alternatives"].list(1).front();
+    const std::vector<JsonField> words = best["timestamps"].list();
+    const std::vector<JsonField> sure =
+        best["word_confidence"].exists() ? best["word_confidence"].list() : std::vector<JsonField>{};
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const std::vector<JsonField> word = words[i].list(3, 3);
+      const double confidence = i < sure.size() ? sure[i].list(2, 2).back().number() : 1;
+      builder.addWord(word[0].text(), {word[1].number(), word[2].number()}, words[i].path(), confidence);
+    }
+  }
+  return builder.finish();
+}
+
+/// Numbers and dates are entities; their signs and changes of the speaker are no words.
+TimesFile parseSpeechmatics(const JsonField& results, std::string_view name) {
+  TimesBuilder builder(name, "Speechmatics JSON");
+  for (const JsonField& result : results.list()) {
+    const std::string type = result["type"].text();
+    if (type != "word" && type != "entity") continue;
+    const JsonField best = result["alternatives"].list(1).front();
+    builder.addWord(best["content"].text(), {result["start_time"].number(), result["end_time"].number()}, result.path(),
+                    confidenceOf(best["confidence"]));
+  }
+  return builder.finish();
+}
+
 }  // namespace
 
 TimesFile parseResults(const JsonField& root, std::string_view name) {
   // Of Google's long recognitions the operation that holds the results may be kept whole.
   const JsonField results = root["results"].exists() ? root["results"] : root["response"]["results"];
-  if (results.exists() && results.isList()) return parseGoogle(results, name);
+  if (results.exists() && results.isList()) {
+    const std::vector<JsonField> all = results.list();
+    if (!all.empty() && all.front()["type"].exists()) return parseSpeechmatics(results, name);
+    const JsonField heard = all.empty() ? results : all.front()["alternatives"];
+    const bool is_watson = heard.isList() && heard.size() > 0 && heard.list().front()["timestamps"].exists();
+    return is_watson ? parseWatson(results, name) : parseGoogle(results, name);
+  }
   if (!results.exists() || !results.isObject()) results.refuse("results of a recognition");
   if (results["channels"].exists()) return parseDeepgram(results["channels"], name);
   if (results["items"].exists()) return parseTranscribe(results["items"], name);
-  results.fail("has no channels or items; expected JSON of Deepgram, Amazon Transcribe or Google");
+  results.fail(
+      "has no channels or items; expected JSON of Deepgram, Amazon Transcribe, Google, Watson or Speechmatics");
 }
 
 TimesFile parseAssemblyAi(const JsonField& root, std::string_view name) {
@@ -97,6 +134,18 @@ TimesFile parseAssemblyAi(const JsonField& root, std::string_view name) {
   for (const JsonField& word : root["words"].list()) {
     builder.addWord(word["text"].text(), {word["start"].number() * kMillisecond, word["end"].number() * kMillisecond},
                     word.path(), confidenceOf(word["confidence"]));
+  }
+  return builder.finish();
+}
+
+TimesFile parseRev(const JsonField& monologues, std::string_view name) {
+  TimesBuilder builder(name, "Rev JSON");
+  for (const JsonField& monologue : monologues.list()) {
+    for (const JsonField& element : monologue["elements"].list()) {
+      if (element["type"].text() != "text") continue;  // signs, and noises of the type "unknown"
+      builder.addWord(element["value"].text(), {element["ts"].number(), element["end_ts"].number()}, element.path(),
+                      confidenceOf(element["confidence"]));
+    }
   }
   return builder.finish();
 }

@@ -18,6 +18,11 @@ struct LabelEntry {
   std::string place;  ///< for messages: the line, as "41"
 };
 
+/// What one speaker says, twice.
+struct LabelTiers {
+  std::vector<LabelEntry> words, phones;
+};
+
 /// Later than this is no speech but a damaged number.
 inline constexpr Seconds kLatestLabel = 24 * 3600.0;
 

@@ -5,8 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "phonetics/labels/speech_labels.h"
-#include "phonetics/language/language.h"
+#include "phonetics/labels/label_entries.h"
 
 namespace mouthpiece {
 
@@ -17,6 +16,9 @@ namespace mouthpiece {
 SpeechLabels readTextGrid(const std::filesystem::path& path, const Language& language = english());
 /// The same from memory; `name` stands for the file in messages.
 SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language = english());
+
+/// The entries of its tiers as they stand there, times from the file's start on; none of a tier that is missing.
+LabelTiers parseTextGridTiers(std::string_view bytes, std::string_view name);
 
 /// Long text, UTF-8, tiers `words`, `phones`, `syllables`; atomically. `confidence`: of each phone, 0 to 1, for a tier
 /// `confidence`; empty: none.

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "phonetics/labels/label_entries.h"
@@ -217,13 +217,32 @@ void takeSyllables(const Tier& tier, const TextGrid& grid, std::string_view file
   }
 }
 
+TextGrid tiersIn(std::string_view bytes, std::string_view name) {
+  if (bytes.starts_with("ooBinaryFile")) throw InputError(name, "", "is a binary TextGrid; expected one saved as text");
+  return readTiers(decodeText(bytes, name), name);
+}
+
+const Tier* phonesOf(const TextGrid& grid, std::string_view file) {
+  return findTier(grid, file, {"phones", "phonemes", "phone", "segments", "mau"});
+}
+
+const Tier* wordsOf(const TextGrid& grid, std::string_view file) {
+  return findTier(grid, file, {"words", "word", "ort-mau", "orthography"});
+}
+
 }  // namespace
 
+LabelTiers parseTextGridTiers(std::string_view bytes, std::string_view name) {
+  const TextGrid grid = tiersIn(bytes, name);
+  LabelTiers tiers;
+  if (const Tier* words = wordsOf(grid, name)) tiers.words = entriesFromStart(*words, grid.span.start);
+  if (const Tier* phones = phonesOf(grid, name)) tiers.phones = entriesFromStart(*phones, grid.span.start);
+  return tiers;
+}
+
 SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language) {
-  if (bytes.starts_with("ooBinaryFile")) throw InputError(name, "", "is a binary TextGrid; expected one saved as text");
-  const std::string text = decodeText(bytes, name);
-  const TextGrid grid = readTiers(text, name);
-  const Tier* phone_tier = findTier(grid, name, {"phones", "phonemes", "phone", "segments", "mau"});
+  const TextGrid grid = tiersIn(bytes, name);
+  const Tier* phone_tier = phonesOf(grid, name);
   if (phone_tier == nullptr) {
     std::vector<std::string> names;
     for (const Tier& tier : grid.tiers) names.push_back(printable(tier.name));
@@ -232,9 +251,7 @@ SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const 
   auto phones = phonesFromEntries(name, entriesFromStart(*phone_tier, grid.span.start), language);
   if (const Tier* tier = findTier(grid, name, {"syllables"})) takeSyllables(*tier, grid, name, phones);
   std::vector<WordSegment> words;
-  if (const Tier* tier = findTier(grid, name, {"words", "word", "ort-mau", "orthography"})) {
-    words = wordsFromEntries(name, entriesFromStart(*tier, grid.span.start));
-  }
+  if (const Tier* tier = wordsOf(grid, name)) words = wordsFromEntries(name, entriesFromStart(*tier, grid.span.start));
   return buildSpeechLabels(std::move(phones), words, grid.span.duration(), language);
 }
 

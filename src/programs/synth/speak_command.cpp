@@ -56,8 +56,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* times =
       app.add_option("--times", options.line.times,
                      "Words and times of another program: JSON of Whisper, Vosk, Gentle, Azure, Polly, Deepgram, "
-                     "Amazon Transcribe, Google, AssemblyAI, ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, "
-                     "TextGrid, CTM, SRT, WebVTT");
+                     "Amazon Transcribe, Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper or Rhubarb, "
+                     "Rhubarb's TSV or XML, TextGrid, JSON or CSV of the Montreal Forced Aligner, CTM, SRT, WebVTT");
   times->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file);
   auto* hint = app.add_option("--hint", options.line.hint, "Words and phrases that are likely in the recording");
   hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file)->excludes(times);

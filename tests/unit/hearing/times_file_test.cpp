@@ -1,5 +1,6 @@
 #include "hearing/recognition/times_file.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -73,6 +74,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"google.json", "Google JSON", "the time is now", "", 0.9},
                     Kind{"google_v2.json", "Google JSON", "the time is now", "", 0.9},
                     Kind{"assemblyai.json", "AssemblyAI JSON", "The time is now.", "", 0.9},
+                    Kind{"watson.json", "Watson JSON", "the time is now", "", 0.9},
+                    Kind{"speechmatics.json", "Speechmatics JSON", "The time is now", "", 0.9},
+                    Kind{"rev.json", "Rev JSON", "The time is now", "", 0.9},
                     Kind{"azure_result.json", "Azure JSON", "the time is now", "", 0.9},
                     Kind{"azure_events.json", "Azure visemes", "The time is now", "DH AE T AY P IY S T AW", 0.9},
                     Kind{"polly.jsonl", "Polly speech marks", "The time is now", "TH AH T AA P IY S T AA", 0.9},
@@ -82,6 +86,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"rhubarb.xml", "Rhubarb XML", "", "S S AA M EH S AO", 0},
                     Kind{"rhubarb.json", "Rhubarb JSON", "", "S S AA M EH S AO", 0},
                     Kind{"mfa.TextGrid", "TextGrid", "the time is now", kSaid, 0.9},
+                    Kind{"mfa.json", "MFA JSON", "the time is now", kSaid, 0.9},
+                    Kind{"mfa.csv", "MFA CSV", "the time is now", kSaid, 0.9},
                     Kind{"words.ctm", "CTM", "the time is now", "", 0.9},
                     Kind{"lines.srt", "SRT", "The time is now.", "", 0.1},
                     Kind{"lines.vtt", "WebVTT", "The time is now.", "", 0.1}),
@@ -143,6 +149,30 @@ INSTANTIATE_TEST_SUITE_P(
                 R"({"results": {"channels": [{"alternatives": [{"words": []}]}, {"alternatives": [{"words":
                    [{"word": "the", "start": 0.1, "end": 0.3}]}]}]}})",
                 "the 10"},
+        Variant{"WatsonWithoutConfidences",
+                R"({"results": [{"final": true, "alternatives": [{"timestamps": [["the", 0.1, 0.3]]}]},
+                   {"final": true, "alternatives": [{"timestamps": [["time", 1, 1.5]]}]}]})",
+                "the 10, time 100"},
+        Variant{"SpeechmaticsEntities",
+                R"({"results": [{"type": "speaker_change"}, {"type": "entity", "start_time": 0.1, "end_time": 0.9,
+                   "alternatives": [{"content": "17th of January"}], "spoken_form": []}]})",
+                "17th of January 10"},
+        Variant{"AlignersTiersOfASpeaker",
+                R"({"tiers": {"bob - words": {"entries": [[0.1, 0.3, "the"]]}, "bob - phones": {"entries":
+                   [[0.1, 0.2, "ð"], [0.2, 0.3, "ə"]]}}})",
+                "the 10"},
+        Variant{"AlignersMarksAreNoPhones",
+                R"({"tiers": {"words": {"entries": [[0.1, 0.3, "the"], [0.5, 0.7, "<unk>"], [0.8, 0.9, "[bracketed]"]]},
+                   "phones": {"entries": [[0.1, 0.3, "AH"], [0.5, 0.7, "spn"]]}}})",
+                "the 10"},
+        Variant{"AlignersWordsAlone", R"({"tiers": {"words": {"entries": [[0.1, 0.3, "the"], [0.5, 0.7, "time"]]}}})",
+                "the 10, time 50"},
+        Variant{"ATextGridOfWordsAlone",
+                "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n0\n1\n<exists>\n1\n\"IntervalTier\"\n"
+                "\"words\"\n0\n1\n3\n0\n0.1\n\"\"\n0.1\n0.5\n\"the\"\n0.5\n1\n\"time\"\n",
+                "the 10, time 50"},
+        Variant{"AlignersCsvWithoutSpeakers", "Begin,End,Label,Type\r\n0.1,0.3,the,words\r\n0.5,0.7,time,words\r\n",
+                "the 10, time 50"},
         Variant{"SubtitlesWithoutEmptyLines",
                 "1\n00:00:00,100 --> 00:00:00,550\nwe are\n2\n00:00:00,550 --> 00:00:01,000\nnow\n",
                 "we are 10, now 55"},
@@ -247,6 +277,38 @@ TEST(TimedRecogniser, AlignsPhonesInsideTheirWords) {
   }
   ASSERT_GT(count, 8);
   EXPECT_LT(off / count, 0.020);
+}
+
+/// "spn" is the Montreal Forced Aligner's mark for a word that its dictionary lacks.
+TEST(TimedRecogniser, AlignsTheWordsWhosePhonesTheFileLacks) {
+  const SpokenLine line = makeVoice("flite:slt")->speak("bring my yellow pumpkin home");
+  std::string words, phones;
+  const auto entry = [](const TimeSpan& span, std::string_view text) {
+    return fmt::format("[{}, {}, \"{}\"]", span.start, span.end, text);
+  };
+  for (const LabelledWord& word : line.labels.words) {
+    const TimeSpan span = line.labels.spanOf(word.phones);
+    words += (words.empty() ? "" : ", ") + entry(span, word.text);
+    if (word.text == "yellow") phones += ", " + entry(span, "spn");
+    for (std::size_t i = word.phones.first.value; word.text != "yellow" && i <= word.phones.last.value; ++i)
+      phones +=
+          (phones.empty() ? "" : ", ") + entry(line.labels.phones[i].span, phoneName(line.labels.phones[i].phone));
+  }
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_unknown_word.json";
+  writeFileAtomically(
+      file,
+      fmt::format(R"({{"tiers": {{"words": {{"entries": [{}]}}, "phones": {{"entries": [{}]}}}}}})", words, phones));
+  const HeardSpeech heard = makeTimedRecogniser(file)->hear(line.audio, "line");
+  EXPECT_EQ(heard.text, "bring my yellow pumpkin home");
+  ASSERT_EQ(heard.labels.phones.size(), line.labels.phones.size());
+  for (std::size_t i = 0; i < heard.labels.phones.size(); ++i) {
+    EXPECT_EQ(heard.labels.phones[i].phone, line.labels.phones[i].phone);
+    EXPECT_EQ(heard.labels.phones[i].word, line.labels.phones[i].word);
+    const bool is_aligned =
+        heard.labels.phones[i].word && line.labels.words[*heard.labels.phones[i].word].text == "yellow";
+    EXPECT_NEAR(heard.labels.phones[i].span.start, line.labels.phones[i].span.start, is_aligned ? 0.04 : 0.001) << i;
+  }
+  EXPECT_TRUE(heard.warnings.empty());
 }
 
 TEST(TimedRecogniser, RefusesTimesOfALongerSound) {

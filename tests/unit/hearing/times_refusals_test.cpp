@@ -48,17 +48,36 @@ INSTANTIATE_TEST_SUITE_P(
                 "a.ctm:2: found words of 'two' after those of 'one'; expected one recording a file"},
         Refusal{"a.json", "{}",
                 "a.json: has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, "
-                "phoneme_alignments or "
-                "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, Google, "
-                "AssemblyAI, "
-                "ElevenLabs, Piper or Rhubarb"},
+                "phoneme_alignments, mouthCues, monologues or tiers; expected JSON of Whisper, Vosk, Gentle, Azure, "
+                "Deepgram, Amazon Transcribe, Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper, "
+                "Rhubarb or the Montreal Forced Aligner"},
         Refusal{"a.json",
                 R"({"results": {"items": [{"type": "pronunciation", "start_time": "soon", "end_time": "1",)"
                 R"( "alternatives": [{"content": "a"}]}]}})",
                 "a.json:results.items[0].start_time: found \"soon\"; expected a time in seconds"},
         Refusal{"a.json", R"({"results": [{"alternatives": [{"transcript": "a"}]}]})",
                 "a.json:results[0].alternatives[0]: has no words; expected them with their times "
-                "(enableWordTimeOffsets)"}));
+                "(enableWordTimeOffsets)"},
+        Refusal{"a.json", R"({"monologues": [{"elements": [{"type": "text", "value": "the", "ts": 0.1}]}]})",
+                "a.json:monologues[0].elements[0].end_ts: is missing; expected a number"},
+        Refusal{"a.json", R"({"results": [{"alternatives": [{"timestamps": [["the", 0.1]]}]}]})",
+                "a.json:results[0].alternatives[0].timestamps[0]: found a list of 2; expected a list of 3 to 3"},
+        Refusal{"a.json", R"({"tiers": {"marks": {"entries": []}}})",
+                "a.json: is MFA JSON without words or phones; expected some"},
+        Refusal{"a.json",
+                R"({"tiers": {"a - words": {"entries": [[0, 1, "a"]]}, "b - words": {"entries": [[1, 2, "b"]]}}})",
+                "a.json:tiers.b - words: is a second tier of words; expected one speaker"},
+        Refusal{"a.json", R"({"tiers": {"words": {"entries": [[0, 1, "a"], [0.5, 2, "b"]]}}})",
+                "a.json:tiers.words.entries[1]: 'b' begins at 0.5 s, inside the interval before it, which ends at 1 s; "
+                "expected intervals that do not overlap"},
+        Refusal{"a.csv", "Begin,End,Label,Type,Speaker\n0.1,0.2,the\n",
+                "a.csv:2: found 3 fields; expected Begin,End,Label,Type,Speaker"},
+        Refusal{"a.csv", "Begin,End,Label,Type,Speaker\n0.1,soon,the,words,a\n",
+                "a.csv:2: found 'soon'; expected a time in seconds"},
+        Refusal{"a.csv", "Begin,End,Label,Type,Speaker\n0.1,0.2,the,words,a\n0.2,0.3,the,words,b\n",
+                "a.csv:3: found the speaker 'b' after 'a'; expected one"},
+        Refusal{"a.csv", "Begin,End,Label,Type,Speaker\n0,1,a,marks,b\n",
+                "a.csv: is MFA CSV without words or phones; expected some"}));
 
 }  // namespace
 }  // namespace mouthpiece
