@@ -12,8 +12,10 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_encoding.h"
+#include "hearing/recognition/times_file.h"
 #include "motion/formats/motion_file.h"
 #include "phonetics/labels/label_files.h"
+#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {
@@ -30,7 +32,7 @@ constexpr std::array<std::string_view, 4> kLabelEndings = {".textgrid", ".lab", 
 constexpr Seconds kLengthTolerance = 0.1;
 /// Fewer face markers than this share, and the file is of another layout.
 constexpr double kLeastMarkerShare = 0.75;
-constexpr std::uint64_t kMaxTextBytes = 1 << 20;
+constexpr std::uint64_t kMaxTextBytes = 1 << 20, kMaxLabelBytes = 1 << 26;
 
 std::string lowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -144,6 +146,16 @@ std::string readText(const fs::path& path) {
   return text;
 }
 
+/// Words alone, or with some that their aligner could not spell.
+bool lacksPhones(const fs::path& labels) {
+  const std::string bytes = readFile(labels, kMaxLabelBytes);
+  if (!isTextGrid(bytes)) return false;
+  const LabelTiers tiers = parseTextGridTiers(bytes, labels.string());
+  const auto is_unknown = [](const LabelEntry& phone) { return phone.text == kUnspelledWord; };
+  return !tiers.words.empty() &&
+         (tiers.phones.empty() || std::any_of(tiers.phones.begin(), tiers.phones.end(), is_unknown));
+}
+
 SpeechLabels labelsOf(const TakeFiles& files, const AudioClip& audio, const std::optional<std::string>& text,
                       const Lexicon& lexicon) {
   SpeechLabels labels = readLabels(files.labels, {audio.sample_rate_hz});
@@ -211,7 +223,10 @@ RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexic
     take.doubtful = std::move(found.doubtful);
     take.labels_found = true;
   } else {
-    take.labels = labelsOf(files, take.audio, text, lexicon);
+    take.labels_found = lacksPhones(files.labels);
+    take.labels = take.labels_found
+                      ? makeTimedRecogniser(files.labels, &lexicon)->hear(take.audio, files.audio.string()).labels
+                      : labelsOf(files, take.audio, text, lexicon);
   }
   take.text = text.value_or(wordsOf(take.labels));
   expectSameLength(take, files);

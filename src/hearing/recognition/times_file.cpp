@@ -9,6 +9,7 @@
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
+#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {
@@ -106,8 +107,7 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   const std::string text = decodeText(bytes, name);
   const std::string_view first = firstLine(text);
   if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");
-  if (first.starts_with("File type") || first.starts_with("\"ooTextFile") || first.starts_with("ooBinaryFile"))
-    return parseTimedTextGrid(bytes, name, language);
+  if (isTextGrid(bytes)) return parseTimedTextGrid(bytes, name, language);
   if (first.starts_with('{') || first.starts_with('['))
     return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);

@@ -28,7 +28,7 @@ TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
 
 /// What the aligner could not spell ("spn") and words that it did not keep ("<unk>") are left to our own.
 TimesFile fromTiers(LabelTiers tiers, std::string kind, std::string_view name, const Language& language) {
-  std::erase_if(tiers.phones, [](const LabelEntry& phone) { return phone.text == "spn"; });
+  std::erase_if(tiers.phones, [](const LabelEntry& phone) { return phone.text == kUnspelledWord; });
   std::erase_if(tiers.words,
                 [](const LabelEntry& word) { return word.text.starts_with('<') || word.text.starts_with('['); });
   TimesBuilder builder(name, std::move(kind));

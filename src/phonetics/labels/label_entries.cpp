@@ -53,7 +53,7 @@ std::vector<SpelledPhone> requirePhones(std::string_view file, const LabelEntry&
   std::vector<SpelledPhone> phones = phonesOfSymbol(entry.text, set, language, unknown);
   if (!phones.empty() && unknown.empty()) return phones;
   if (const auto stop = closedStop(entry.text)) return {{*stop, *stop, "", 0}};
-  const char* hint = entry.text == "spn" ? " (the aligner's mark for a word that its dictionary lacks)" : "";
+  const char* hint = entry.text == kUnspelledWord ? " (the aligner's mark for a word that its dictionary lacks)" : "";
   throw InputError(file, entry.place,
                    fmt::format("found phone '{}'{}; expected {} or sil", printable(entry.text), hint,
                                set == PhoneSet::kArpabet ? "ARPAbet (AA AE AH ... ZH)" : phoneSetName(set)));

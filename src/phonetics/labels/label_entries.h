@@ -11,6 +11,9 @@ namespace mouthpiece {
 /// HTK's label files count 100 ns.
 inline constexpr double kHtkUnitsPerSecond = 1e7;
 
+/// What the Montreal Forced Aligner writes for the phones of a word that its dictionary lacks.
+inline constexpr std::string_view kUnspelledWord = "spn";
+
 /// A labelled stretch of time as it stands in a file.
 struct LabelEntry {
   std::string text;

@@ -155,13 +155,8 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
 
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options) {
   const std::string bytes = readFile(path, kMaxLabFileBytes);
-  constexpr std::string_view kTextGridStart = "File type";
-  const std::string start = decodeText(std::string_view(bytes).substr(0, 64), path.string());
-  const bool is_textgrid = start.find(kTextGridStart) != std::string::npos ||
-                           start.find("ooTextFile") != std::string::npos ||
-                           start.find("ooBinaryFile") != std::string::npos || start.find("Praat") != std::string::npos;
-  return is_textgrid ? parseTextGrid(bytes, path.string(), *options.language)
-                     : parseLabFile(bytes, path.string(), options);
+  return isTextGrid(bytes) ? parseTextGrid(bytes, path.string(), *options.language)
+                           : parseLabFile(bytes, path.string(), options);
 }
 
 }  // namespace mouthpiece

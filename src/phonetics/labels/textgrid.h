@@ -17,6 +17,9 @@ SpeechLabels readTextGrid(const std::filesystem::path& path, const Language& lan
 /// The same from memory; `name` stands for the file in messages.
 SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language = english());
 
+/// By its first bytes, whatever its encoding.
+bool isTextGrid(std::string_view bytes);
+
 /// The entries of its tiers as they stand there, times from the file's start on; none of a tier that is missing.
 LabelTiers parseTextGridTiers(std::string_view bytes, std::string_view name);
 

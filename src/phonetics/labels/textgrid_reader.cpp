@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/errors.h"
@@ -231,6 +232,13 @@ const Tier* wordsOf(const TextGrid& grid, std::string_view file) {
 }
 
 }  // namespace
+
+bool isTextGrid(std::string_view bytes) {
+  const std::string start = decodeText(bytes.substr(0, 64), "");
+  constexpr std::array<std::string_view, 4> kSigns{"File type", "ooTextFile", "ooBinaryFile", "Praat"};
+  return std::any_of(kSigns.begin(), kSigns.end(),
+                     [&](std::string_view sign) { return start.find(sign) != std::string::npos; });
+}
 
 LabelTiers parseTextGridTiers(std::string_view bytes, std::string_view name) {
   const TextGrid grid = tiersIn(bytes, name);

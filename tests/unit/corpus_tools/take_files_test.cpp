@@ -1,5 +1,6 @@
 #include "corpus_tools/takes/take_files.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -118,6 +119,28 @@ TEST(ReadTake, WordsComeFromTextAndLexiconWhereLabelsHaveNone) {
   const RawTake take = readTake(files, defaultLayout(), Lexicon::parse("bin B IH N\n", "lexicon"));
   ASSERT_EQ(take.labels.words.size(), 1U);
   EXPECT_EQ(take.labels.words[0].text, "bin");
+}
+
+/// Words alone, and a word that the Montreal Forced Aligner's dictionary lacks.
+TEST(ReadTake, PhonesThatATextGridLacksAreFound) {
+  const test::ScratchFolder folder;
+  SyntheticTake{}.write(folder.path());
+  const std::string tier = "\"IntervalTier\"\n\"{}\"\n0\n1.1\n3\n0\n0.4\n\"\"\n0.4\n0.7\n\"{}\"\n0.7\n1.1\n\"\"\n";
+  const std::string words = fmt::format(fmt::runtime(tier), "words", "bin");
+  const std::string phones = fmt::format(fmt::runtime(tier), "phones", "spn");
+  for (const std::string& tiers : {"1\n" + words, "2\n" + words + phones}) {
+    writeFileAtomically(folder.path() / "one.TextGrid",
+                        "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n0\n1.1\n<exists>\n" + tiers);
+    const RawTake take =
+        readTake(findTakes(folder.path()).takes.at(0), defaultLayout(), Lexicon::parse("bin B IH N\n", "lexicon"));
+    EXPECT_TRUE(take.labels_found);
+    ASSERT_EQ(take.labels.words.size(), 1U);
+    EXPECT_EQ(take.labels.words[0].text, "bin");
+    ASSERT_EQ(take.labels.phones.size(), 5U);
+    EXPECT_EQ(take.labels.phones[2].phone, Phone::kIH);
+    EXPECT_NEAR(take.labels.phones[1].span.start, 0.4, 0.001);
+    EXPECT_NEAR(take.labels.phones[3].span.end, 0.7, 0.001);
+  }
 }
 
 /// A line and a voice from which no weight of the doubt was learnt.
