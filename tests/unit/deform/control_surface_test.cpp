@@ -276,6 +276,9 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = -1; }), in + "point " + first + " driven by a later point");
   EXPECT_EQ(after([&](ControlMesh& m) { driver(m).weight = std::numeric_limits<double>::quiet_NaN(); }),
             in + "point " + first + " with a weight that is not finite");
+  EXPECT_EQ(after([&](ControlMesh& m) { rim(m).drivers[1].point = static_cast<int>(markers); }),
+            in + "point RIM_UP_MID driven by a virtual point; expected lip markers");
+  EXPECT_EQ(after([&](ControlMesh& m) { rim(m).drivers[1].point = static_cast<int>(markers) - 1; }), "no error");
   EXPECT_EQ(after([&](ControlMesh& m) { rim(m).opposite = 3; }),
             in + "point RIM_UP_MID facing a point that is not on a lip's rim");
   for (const int nobody : {-2, static_cast<int>(points)})

@@ -88,6 +88,29 @@ TEST_P(Watches, SeeTheSameWhereverTheHeadIs) {
   EXPECT_NEAR(watch_.look(vertices_.data(), kReach_mm).distance, before, 1e-3F);
 }
 
+/// On a lip that is its own mirror image a watch that is another's sees what that sees: neither axis of a triangle is
+/// told from the other.
+TEST_P(Watches, SeeMirrorImagesAlike) {
+  bend_[1] = 0;
+  for (const std::uint32_t v : lip_) {
+    const float x = vertices_(v, 0), y = vertices_(v, 1);
+    vertices_(v, 2) = heightAt(x, y);
+    normals_.row(v) = normalAt(x, y).transpose();
+  }
+  watch_.takeShape(vertices_, normals_, lip_, kReach_mm);
+  LipWatch mirrored = watch_;
+  const std::uint32_t middle = watch_.corners[0];
+  mirrored.corners[1] = middle + kSide;  // along y first, then against x
+  mirrored.corners[2] = middle - 1;
+  mirrored.takeShape(vertices_, normals_, lip_, kReach_mm);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3f place = over(number(-0.6F, 0.6F) * kReach_mm, number(-0.6F, 0.6F) * kReach_mm, number(-1, 1));
+    const float here = lookFrom(place).distance;
+    vertices_.row(own_) << -place.x(), place.y(), place.z();
+    EXPECT_NEAR(mirrored.look(vertices_.data(), kReach_mm).distance, here, 1e-4F);
+  }
+}
+
 /// The shape goes along with its triangle: where that is lifted the whole lip is.
 TEST_P(Watches, GoAlongWithTheirTriangle) {
   const float before = lookFrom(over(0.5F, 0.4F, 0.2F)).distance;

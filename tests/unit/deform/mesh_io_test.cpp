@@ -251,6 +251,15 @@ TEST(GlbReader, AppliesNodeTransformsAndMaterials) {
   EXPECT_FLOAT_EQ(mesh.parts[0].base_color[1], 0.25F);
 }
 
+TEST(GlbReader, ColoursBeyondTheirBoundsAreHeldThere) {
+  const FaceMesh mesh =
+      parseGlb(glb([](auto& json) {
+                 json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1.5, -0.25, 0.5, 1.1};
+               }),
+               "a.glb");
+  EXPECT_EQ(mesh.parts[0].base_color, (std::array<float, 4>{1, 0, 0.5F, 1}));
+}
+
 TEST(GlbReader, AMirroredNodeKeepsTheOutsideOutside) {
   const FaceMesh mesh = parseGlb(glb([](auto& json) { json["nodes"][1]["scale"] = {-1, 1, 1}; }), "a.glb");
   EXPECT_EQ(mesh.triangles[0], (Triangle{0, 2, 1}));
