@@ -1,8 +1,9 @@
-// Builds the program that hears words, hear_words.mjs, with ONNX Runtime for this machine beside it:
+// Builds the program that hears words, hear_words.mjs, with ONNX Runtime for this machine and the words' pieces beside it:
 // node build_word_network.mjs SOURCE.mjs OUT_FOLDER.
 import { copyFileSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
 
 const modules = process.env.MOUTHPIECE_NODE_MODULES ?? new URL('node_modules', import.meta.url).pathname;
 const esbuild = createRequire(join(modules, 'anchor.js'))('esbuild');
@@ -19,6 +20,9 @@ writeFileSync(join(folder, 'LICENSES'),
   `onnxruntime-node ${versionOf('onnxruntime-node')}, Copyright (c) Microsoft Corporation: MIT, as below\n\n` +
   `llama-tokenizer-js ${versionOf('llama-tokenizer-js')}: ` +
   readFileSync(join(modules, 'llama-tokenizer-js', 'LICENSE.md'), 'utf8'));
+// The package makes tables of them at each start; a list is enough (word_pieces.mjs).
+const { default: tokenizer } = await import(pathToFileURL(join(modules, 'llama-tokenizer-js', 'llama-tokenizer.js')));
+writeFileSync(join(folder, 'word_pieces.txt'), tokenizer.vocabById.join('\n'));
 await esbuild.build({
   entryPoints: [source],
   outfile: join(folder, 'hear_words.mjs'),

@@ -5,10 +5,10 @@
 // natural logarithm of its probability. With a text, words between blanks, the answer is how likely each of them is after
 // those before it, and last that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place;
 // beside it what is heard without the text, and the logarithms of both and in how many tokens what is heard was written.
-import { readSync, writeSync } from 'node:fs';
+import { readFileSync, readSync, writeSync } from 'node:fs';
 import { dirname, join } from 'node:path';
-import tokenizer from 'llama-tokenizer-js';
 import { InferenceSession, Tensor } from 'onnxruntime-node';
+import { WordPieces } from './word_pieces.mjs';
 
 const kAnswers = 3;
 const kRateHz = 16000;
@@ -41,11 +41,12 @@ function samplesOf(bytes) {
 }
 
 const folder = dirname(process.argv[1]);
-// Graphs that are made faster for longer than they run cost more than they save.
-const options = { intraOpNumThreads: 1, interOpNumThreads: 1, graphOptimizationLevel: 'basic' };
+const pieces = new WordPieces(readFileSync(join(folder, 'word_pieces.txt'), 'utf8'));
+// The graphs were made faster when they were stored (store_word_network.py).
+const options = { intraOpNumThreads: 1, interOpNumThreads: 1, graphOptimizationLevel: 'disabled' };
 // What the encoder takes at once grows with the sound, and an arena keeps the most; the decoder's many small pieces need one.
-const encoder = await InferenceSession.create(join(folder, 'encoder_model.onnx'), { ...options, enableCpuMemArena: false });
-const decoder = await InferenceSession.create(join(folder, 'decoder_model_merged.onnx'), options);
+const encoder = await InferenceSession.create(join(folder, 'encoder_model.ort'), { ...options, enableCpuMemArena: false });
+const decoder = await InferenceSession.create(join(folder, 'decoder_model_merged.ort'), options);
 
 /** What the decoder keeps from token to token, nothing yet. */
 function emptyMemory() {
@@ -101,7 +102,7 @@ function wordsOf(tokens) {
   const ids = [];
   for (const { id, logProbability } of tokens) {
     ids.push(id);
-    const text = id === kLastToken ? said : tokenizer.decode(ids, false, true);
+    const text = id === kLastToken ? said : pieces.decode(ids);
     if (words.length === 0 || /^\s/.test(text.slice(said.length))) words.push({ text: '', logProbability: 0 });
     const word = words[words.length - 1];
     const part = text.slice(said.length).trim();
@@ -124,7 +125,7 @@ function written(word, i) {
 
 /** How likely each of the words is, written so, and last that nothing follows. */
 async function scoresOf(heard, words) {
-  const tokens = tokenizer.encode(words.join(' '), false, true);
+  const tokens = pieces.encode(words.join(' '));
   const ids = [kFirstToken, ...tokens];
   const { logits } = await decoder.run({
     input_ids: new Tensor('int64', BigInt64Array.from(ids, BigInt), [1, ids.length]),
@@ -138,12 +139,12 @@ async function scoresOf(heard, words) {
     const own = logits.data.subarray(i * size, (i + 1) * size);
     const [best, bestLog] = likeliest(own);
     if (i === tokens.length) {
-      const end = Math.max(own[kLastToken], own[tokenizer.encode('.', false, false)[0]]) - own[best];
+      const end = Math.max(own[kLastToken], own[pieces.idOf('.')]) - own[best];
       scores[words.length] = { log_probability: end + bestLog, behind: end };
       break;
     }
     // Blanks part words, whatever tokens they are of.
-    const word = tokenizer.decode(tokens.slice(0, i + 1), false, true).trim().split(' ').length - 1;
+    const word = pieces.decode(tokens.slice(0, i + 1)).trim().split(' ').length - 1;
     const score = scores[Math.min(word, words.length - 1)];
     score.log_probability += own[tokens[i]] - own[best] + bestLog;
     score.behind += own[tokens[i]] - own[best];

@@ -232,25 +232,23 @@ TEST_F(BrokenNetwork, HeardSomethingElse) {
 
 /// Tokens of bytes: the first is no character yet, the second makes it one, of which a half is new.
 TEST_F(BrokenNetwork, TellsNoHalfOfACharacter) {
-  const fs::path packages = networkOf("") / "node_modules";
-  const auto pack = [&](const char* name, const char* lines) {
-    fs::create_directories(packages / name);
-    std::ofstream(packages / name / "package.json") << R"({"type":"module","main":"index.js"})";
-    std::ofstream(packages / name / "index.js") << lines;
-  };
-  pack(
-      "llama-tokenizer-js",
-      R"(const texts = ['', '\ufffd', '\u{1F600}', '\u{1F600} go']; export default { decode: (ids) => texts[ids.length] };)");
-  pack("onnxruntime-node", R"(export class Tensor {}
+  const fs::path folder = networkOf("");
+  const fs::path runtime = folder / "node_modules" / "onnxruntime-node";
+  fs::create_directories(runtime);
+  std::ofstream(folder / "word_pieces.txt") << "";
+  std::ofstream(folder / "word_pieces.mjs")
+      << R"(const texts = ['', '\ufffd', '\u{1F600}', '\u{1F600} go']; export class WordPieces { decode(ids) { return texts[ids.length]; } })";
+  std::ofstream(runtime / "package.json") << R"({"type":"module","main":"index.js"})";
+  std::ofstream(runtime / "index.js") << R"(export class Tensor {}
     let asked = 0; const tokens = [3, 4, 5, 2];
     const run = async () => ({ logits: { data: Float32Array.from({ length: 6 }, (_, i) => (i === tokens[asked] ? 9 : 0)) } });
     export const InferenceSession = { create: async (file) => ({
-      run: async () => file.includes('encoder') ? {} : run().then((made) => (++asked, made)) }) };)");
-  fs::copy_file(MOUTHPIECE_SOURCE_DIR "/src/hearing/recognition/hear_words.mjs",
-                packages.parent_path() / "hear_words.mjs", fs::copy_options::overwrite_existing);
+      run: async () => file.includes('encoder') ? {} : run().then((made) => (++asked, made)) }) };)";
+  fs::copy_file(MOUTHPIECE_SOURCE_DIR "/src/hearing/recognition/hear_words.mjs", folder / "hear_words.mjs",
+                fs::copy_options::overwrite_existing);
   const std::vector<std::int16_t> samples(16000);
   const std::vector<std::span<const std::int16_t>> sounds{samples};
-  const auto words = WordNetwork(packages.parent_path()).hear(sounds).front();
+  const auto words = WordNetwork(folder).hear(sounds).front();
   ASSERT_EQ(words.size(), 2U);
   EXPECT_EQ(words[1].text, "go");
 }
