@@ -20,9 +20,9 @@ namespace {
 
 /// The network's memory grows with the square of what it hears at once: 0.25 GB for this, 0.45 for a minute.
 constexpr Seconds kMostHeard = 20;
-/// Of a longer sound only lines with worse odds than this (logarithm) are heard again.
+/// Lines of these odds (logarithm) are sure and not heard again; of a sound no longer than this each word must be, too.
 constexpr Seconds kHeardWhole = 60;
-constexpr double kSure = 2.5;
+constexpr double kSureLine = 2.75, kSureWord = 1.25;
 /// Odds count up to the first, what the network says of a word down to the second.
 constexpr double kMostOdds = 8, kLeastScore = -15;
 
@@ -121,6 +121,13 @@ double oddsOfWord(double odds, const WordScore& score) {
          0.0788 * std::max(score.behind, kLeastScore);
 }
 
+bool isSure(const Line& line, const ForcedAlignment& alignment) {
+  const std::span<const double> words = std::span(alignment.confidence).subspan(line.first, line.end - line.first);
+  return believedOdds(alignment.line_confidence[line.first]) >= kSureLine &&
+         (alignment.labels.duration() > kHeardWhole ||
+          std::ranges::all_of(words, [](double word) { return believedOdds(word) >= kSureWord; }));
+}
+
 std::vector<Line> linesToAsk(const SamplesToHear& to_hear, const ForcedAlignment& alignment) {
   const SpeechLabels& labels = alignment.labels;
   const std::span<const std::int16_t> samples = to_hear.all();
@@ -131,9 +138,8 @@ std::vector<Line> linesToAsk(const SamplesToHear& to_hear, const ForcedAlignment
   std::size_t first = 0;
   for (const std::size_t end : TextDoubt::lineEnds(labels.words.size())) {
     Line line{.first = std::exchange(first, end), .end = end, .sound = {}, .text = {}};
-    const double believed = alignment.line_confidence[line.first];
-    const bool is_outside_speech = believed == 0;
-    if (is_outside_speech || (labels.duration() > kHeardWhole && believedOdds(believed) >= kSure)) continue;
+    const bool is_outside_speech = alignment.line_confidence[line.first] == 0;
+    if (is_outside_speech || isSure(line, alignment)) continue;
     Seconds from = line.first > 0 ? labels.spanOf(labels.words[line.first - 1].phones).end : 0.0;
     Seconds to = end < labels.words.size() ? labels.spanOf(labels.words[end].phones).start : labels.duration();
     const TimeSpan said{labels.spanOf(labels.words[line.first].phones).start,

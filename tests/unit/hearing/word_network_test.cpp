@@ -205,6 +205,19 @@ TEST_F(BrokenNetwork, LeavesTheDoubtAsItWas) {
   EXPECT_EQ(alignment.line_confidence, before);
 }
 
+/// Its start takes three times what the alignment does.
+TEST_F(BrokenNetwork, IsNotAskedWhereTheAlignmentIsSure) {
+  const char* said = "the birch canoe slid on the smooth planks";
+  const AudioClip sound = inHiss(saidBy("flite:kal16", said), 60);
+  WordNetwork network(networkOf("process.exit(3);"));
+  const auto faultWith = [&](const char* text) {
+    ForcedAlignment alignment = ForcedAligner().align(sound, Pronouncer().wordsOf(text), "line");
+    return judgeByNetwork(network, Pronouncer(), SamplesToHear(sound), alignment);
+  };
+  EXPECT_EQ(faultWith(said), "");
+  EXPECT_NE(faultWith("the birch canoe slid in the smooth planks"), "") << "one word is another";
+}
+
 TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
   const auto samples = saidBy("flite:kal16", "the birch canoe slid on the smooth planks");
   const AudioClip sound = inHiss(samples, 60);

@@ -43,15 +43,19 @@ TEST(Texts, AreNotHeldAgainstTheNetworkWherePhonesAreHeard) {
   const PrivateFolder scratch;
   const fs::path wav = scratch.path() / "said.wav";
   writeWav(wav, makeVoice("flite:slt")->speak("my mother bought a blue boat").audio);
-  const auto warningsBy = [&](SpeakerOptions::Hear hear) {
+  const auto isToldBy = [&](SpeakerOptions::Hear hear) {
     SpeakerOptions options;
     options.corpus = kShare / "sample.corpus";
     options.with_face = false;
     options.hear = hear;
-    return Speaker(options).perform(Line::recorded(wav, "my mother bought a blue boat")).warnings().size();
+    // A text that is surely right would not be asked for.
+    const Performance said = Speaker(options).perform(Line::recorded(wav, "measure every garage before you buy"));
+    return std::ranges::any_of(said.warnings(), [](const std::string& warning) {
+      return warning.find("the network that hears words was not heard") != std::string::npos;
+    });
   };
-  EXPECT_GT(warningsBy(SpeakerOptions::Hear::kAuto), 0U) << "a network that fails is told";
-  EXPECT_EQ(warningsBy(SpeakerOptions::Hear::kPhones), 0U);
+  EXPECT_TRUE(isToldBy(SpeakerOptions::Hear::kAuto)) << "a network that fails is told";
+  EXPECT_FALSE(isToldBy(SpeakerOptions::Hear::kPhones));
 }
 
 /// Who speaks is not waited for; when nothing follows the last words are.
