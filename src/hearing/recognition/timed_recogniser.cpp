@@ -287,6 +287,13 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
         fmt::format("'{}' ends at {:.2f} s by {}, after the sound, which lasts {:.2f} s: it is cut there",
                     printable(word.text, 40), word.span.end, name_, sound.duration()));
   }
+  if (const std::size_t left_out = times_.not_said.size(); left_out > 0) {
+    constexpr std::size_t kShown = 5, kMostBytes = 120;
+    const auto shown = std::span(times_.not_said).first(std::min(kShown, left_out));
+    heard.warnings.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
+                                         printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
+                                         left_out > kShown ? " ..." : ""));
+  }
   std::string doubtful;
   std::size_t count = 0;
   for (const TimesFile::Word& word : times_.words) {

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
@@ -57,6 +59,26 @@ bool isJsonLines(std::string_view text) {
   return next.starts_with('{') || (first.find("\"type\"") != std::string_view::npos && first.find('[') == first.npos);
 }
 
+/// Signs that open and close what is not said. Round brackets do at the beginning of a word alone ("word(s)").
+struct NotSaid {
+  std::string_view open, close;
+  bool opens_words;
+};
+constexpr std::array<NotSaid, 5> kNotSaid{
+    {{"[", "]", false}, {"(", ")", true}, {"（", "）", false}, {"♪", "♪", false}, {"♫", "♫", false}}};
+
+/// The words' places that one bracket goes over, where each word has times of its own: "(upbeat", "music)".
+std::optional<std::size_t> endOfBracket(const std::vector<TimesFile::Word>& words, std::size_t first) {
+  constexpr std::size_t kMostWords = 8;
+  for (const auto& [open, close, opens_words] : kNotSaid) {
+    if (open == close || !words[first].text.starts_with(open)) continue;
+    for (std::size_t i = first + 1; i < std::min(words.size(), first + kMostWords); ++i) {
+      if (words[i].text.find(close) != std::string::npos) return i + 1;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text, const std::string& place) const {
@@ -79,8 +101,50 @@ void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text
   span.end = std::max(span.end, span.start);
 }
 
+/// A sign that does not close stays, but a line's notes: they last to its end.
+std::string TimesBuilder::saidOf(std::string_view text) {
+  std::string said;
+  std::array<bool, kNotSaid.size()> closes;
+  closes.fill(true);
+  while (!text.empty()) {
+    const bool begins_word = said.empty() || said.back() == ' ';
+    const auto* const sign = std::ranges::find_if(kNotSaid, [&](const NotSaid& each) {
+      return text.starts_with(each.open) && (begins_word || !each.opens_words);
+    });
+    const bool is_sign = sign != kNotSaid.end() && closes[unsignedIndex(sign - kNotSaid.begin())];
+    const std::size_t close = is_sign ? text.find(sign->close, sign->open.size()) : std::string_view::npos;
+    const bool lasts = is_sign && sign->open == sign->close && times_.words_are_lines;
+    if (close == std::string_view::npos && !lasts) {
+      if (is_sign) closes[unsignedIndex(sign - kNotSaid.begin())] = false;
+      said += text.front();
+      text.remove_prefix(1);
+      continue;
+    }
+    const std::size_t end = close == std::string_view::npos ? text.size() : close + sign->close.size();
+    addNotSaid(trimmed(text.substr(0, end)));
+    text.remove_prefix(end);
+  }
+  return std::string(trimmed(said));
+}
+
+void TimesBuilder::dropBracketsOverWords() {
+  if (times_.words_are_lines || !times_.phones.empty()) return;
+  std::vector<TimesFile::Word> kept;
+  for (std::size_t i = 0; i < times_.words.size();) {
+    const std::optional<std::size_t> end = endOfBracket(times_.words, i);
+    if (!end) {
+      kept.push_back(std::move(times_.words[i++]));
+      continue;
+    }
+    std::string left_out = times_.words[i].text;
+    for (++i; i < *end; ++i) left_out += " " + times_.words[i].text;
+    addNotSaid(left_out);
+  }
+  times_.words = std::move(kept);
+}
+
 void TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
-  std::string said = withoutBracketed(text, "[]");
+  std::string said = saidOf(text);
   if (said.empty()) return;
   check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
   span.end = std::max(span.end, span.start + kLeastTime);
@@ -98,6 +162,7 @@ void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std
 }
 
 TimesFile TimesBuilder::finish() {
+  dropBracketsOverWords();
   if (times_.words.empty() && times_.phones.empty())
     throw InputError(file_, "", fmt::format("is {} without words or phones; expected some", times_.kind));
   return std::move(times_);

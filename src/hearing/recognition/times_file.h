@@ -17,11 +17,12 @@ struct TimesFile {
     TimeSpan span;
     double confidence = 1;
   };
-  std::string kind;                  ///< "Whisper JSON"
-  std::vector<Word> words;           ///< rising, without overlaps; may be empty
-  bool words_are_lines = false;      ///< each is a row of words said somewhere within its span
-  std::vector<PhoneSegment> phones;  ///< rising, without overlaps; may be empty; `word` is an index into words
-  bool phones_are_shapes = false;    ///< one phone stands for all that look alike
+  std::string kind;                   ///< "Whisper JSON"
+  std::vector<Word> words;            ///< rising, without overlaps; may be empty
+  bool words_are_lines = false;       ///< each is a row of words said somewhere within its span
+  std::vector<PhoneSegment> phones;   ///< rising, without overlaps; may be empty; `word` is an index into words
+  bool phones_are_shapes = false;     ///< one phone stands for all that look alike
+  std::vector<std::string> not_said;  ///< what stood among the words and is none of them: "(laughs)", "JOHN:"
 };
 
 /// Words and times of another program, its kind told by its content: JSON of Whisper (openai, whisper.cpp), Vosk,

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <pugixml.hpp>
@@ -43,11 +44,48 @@ Seconds requireClock(std::string_view text, std::string_view file, std::size_t l
                    fmt::format("found '{}'; expected a time as 00:00:01,500", printable(time.substr(0, 40))));
 }
 
-/// Without <tags>, {styles} and speakers' dashes.
-std::string plainCue(std::string_view line) {
-  const std::string plain = withoutBracketed(line, "<>{}");
-  std::string_view text = plain;
-  while (text.starts_with('-')) text = trimmed(text.substr(1));
+/// The length of "JOHN:", "MR. SMITH 2 (on the phone):" at the beginning of `text`; 0 where nobody is named.
+std::size_t speakerIn(std::string_view text) {
+  constexpr std::size_t kMostWords = 3;
+  const std::size_t colon = text.find(':');
+  if (colon == text.npos || (colon + 1 < text.size() && text[colon + 1] != ' ')) return 0;
+  const std::string_view name = trimmed(text.substr(0, std::min(colon, text.find('('))));
+  if (name.size() < colon && text.find('(') < colon && text[colon - 1] != ')') return 0;
+  const bool has_capital = name.find_first_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ") != name.npos;
+  const bool has_small = std::ranges::any_of(name, [](char c) { return c >= 'a' && c <= 'z'; });
+  const bool has_end = name.find_first_of("!?,;") != name.npos;
+  return has_capital && !has_small && !has_end && std::ranges::count(name, ' ') < signedIndex(kMostWords) ? colon + 1
+                                                                                                          : 0;
+}
+
+/// As HTML and WebVTT name signs.
+std::string withSignsFor(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kNamed{
+      {{"&lt;", "<"}, {"&gt;", ">"}, {"&nbsp;", " "}, {"&lrm;", ""}, {"&rlm;", ""}, {"&amp;", "&"}}};
+  std::string plain;
+  while (!text.empty()) {
+    const auto* const named =
+        std::ranges::find_if(kNamed, [&](const auto& each) { return text.starts_with(each.first); });
+    const bool is_named = named != kNamed.end();
+    plain += is_named ? named->second : text.substr(0, 1);
+    text.remove_prefix(is_named ? named->first.size() : 1);
+  }
+  return plain;
+}
+
+/// Without <tags>, {styles}, what tells that another speaks (dashes, ">>") and who; the name goes to `builder`.
+std::string plainCue(std::string_view line, TimesBuilder& builder) {
+  const std::string plain = withSignsFor(withoutBracketed(line, "<>{}"));
+  std::string_view text = trimmed(plain);
+  const auto dropTurns = [&] {
+    while (text.starts_with('-') || text.starts_with('>')) text = trimmed(text.substr(1));
+  };
+  dropTurns();
+  if (const std::size_t name = speakerIn(text); name > 0) {
+    builder.addNotSaid(text.substr(0, name));
+    text = trimmed(text.substr(name));
+    dropTurns();
+  }
   return std::string(text);
 }
 
@@ -116,7 +154,7 @@ TimesFile parseSubtitles(std::string_view text, std::string_view name) {
                       requireClock(bare.substr(arrow + 3), name, reader.lineNumber())};
       place = std::to_string(reader.lineNumber());
     } else if (span) {
-      std::string plain = plainCue(bare);
+      std::string plain = plainCue(bare, builder);
       if (!plain.empty()) lines.push_back(std::move(plain));
     }
   }

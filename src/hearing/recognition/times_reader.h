@@ -12,11 +12,12 @@ class TimesBuilder {
  public:
   TimesBuilder(std::string_view file, std::string kind) : file_(file) { times_.kind = std::move(kind); }
 
-  /// `place`: for messages. What stands in square brackets ("[Music]") is not said. A word may be given zero time (10
-  /// ms are taken), and begin 50 ms before the last one's end.
+  /// `place`: for messages. What is written between brackets ("[Music]", "(laughs)") and notes ("♪ la ♪") is not said.
+  /// A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
   void addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
   /// A phone, or a silence; the last word is its own where `in_word`.
   void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false);
+  void addNotSaid(std::string_view text) { times_.not_said.emplace_back(text); }
   void setLines() { times_.words_are_lines = true; }
   void setShapes() { times_.phones_are_shapes = true; }
 
@@ -24,6 +25,9 @@ class TimesBuilder {
   TimesFile finish();
 
  private:
+  /// What is left of `text` without what is not said.
+  std::string saidOf(std::string_view text);
+  void dropBracketsOverWords();
   void check(TimeSpan& span, Seconds last_end, std::string_view text, const std::string& place) const;
 
   std::string file_;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -190,6 +191,60 @@ INSTANTIATE_TEST_SUITE_P(
         Variant{"AudacitysEmptyLabels", "0.0\t0.1\t\r\n0.1\t1.0\tthe time\r\n", "the time 10"}),
     [](const testing::TestParamInfo<Variant>& variant) { return std::string(variant.param.name); });
 
+/// A subtitle, what of it is said ("" for nothing), and what is not.
+struct Cue {
+  const char *written, *said, *not_said;
+};
+class SubtitlesOfSounds : public testing::TestWithParam<Cue> {};
+
+TEST_P(SubtitlesOfSounds, SayWhatIsSpoken) {
+  const std::string cue = GetParam().written;
+  const std::string said = GetParam().said, end = "00:00:01,000 --> 00:00:02,000\nend\n";
+  const auto textOf = [](const TimesFile& times) {
+    std::string text;
+    for (const std::string& each : times.not_said) text += (text.empty() ? "" : "|") + each;
+    return wordsOf(times) + " / " + text;
+  };
+  const std::string expected = (said.empty() ? "" : said + " ") + "end / " + GetParam().not_said;
+  EXPECT_EQ(textOf(parseTimes("1\n00:00:00,100 --> 00:00:00,900\n" + cue + "\n\n2\n" + end, "x")), expected);
+  EXPECT_EQ(textOf(parseTimes("WEBVTT\n\n00:00:00.100 --> 00:00:00.900\n" + cue + "\n\n" + end, "x")), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cues, SubtitlesOfSounds,
+    testing::Values(Cue{"(laughs)", "", "(laughs)"}, Cue{"[music]", "", "[music]"}, Cue{"♪ la la ♪", "", "♪ la la ♪"},
+                    Cue{"♪ la la", "", "♪ la la"}, Cue{"♪ la ♪ so it was ♪ la", "so it was", "♪ la ♪|♪ la"},
+                    Cue{"♫ la\nla ♫", "", "♫ la la ♫"}, Cue{"Yes (laughs) no", "Yes  no", "(laughs)"},
+                    Cue{"(a door\nslams) Who is it?", "Who is it?", "(a door slams)"},
+                    Cue{"JOHN: Hello", "Hello", "JOHN:"}, Cue{"- JOHN: Hello\n- MARY: Hi", "Hello Hi", "JOHN:|MARY:"},
+                    Cue{"MR. SMITH 2 (on the phone): Go", "Go", "MR. SMITH 2 (on the phone):"},
+                    Cue{"JOHN:\nHello", "Hello", "JOHN:"}, Cue{"- Hello\n-Hi", "Hello Hi", ""},
+                    Cue{">> Hello", "Hello", ""}, Cue{"&gt;&gt; JOHN: R&amp;B", "R&B", "JOHN:"},
+                    Cue{"<i>Hello</i> {\\an8}there", "Hello there", ""}, Cue{"{\\an8}<b>(sighs)</b>", "", "(sighs)"},
+                    Cue{"note: we leave", "note: we leave", ""}, Cue{"Note: we leave", "Note: we leave", ""},
+                    Cue{"WE LEAVE AT 10:30", "WE LEAVE AT 10:30", ""},
+                    Cue{"THIS IS ALL I HAVE: GO", "THIS IS ALL I HAVE: GO", ""},
+                    Cue{"STOP! NOW: GO", "STOP! NOW: GO", ""}, Cue{"word(s) (of", "word(s) (of", ""},
+                    Cue{":) [no end", ":) [no end", ""}));
+
+/// Where every word has its times a bracket may go over several.
+TEST(TimesFile, WhisperTellsSoundsAmongItsWords) {
+  const auto timesOf = [](const char* words) {
+    return parseTimes(std::string(R"({"segments": [{"start": 0, "end": 9, "words": [)") + words + "]}]}", "x");
+  };
+  const TimesFile times = timesOf(R"json({"word": " [BLANK_AUDIO]", "start": 0, "end": 1},
+      {"word": " so", "start": 1, "end": 2}, {"word": " (upbeat", "start": 2, "end": 3},
+      {"word": " rock", "start": 3, "end": 4}, {"word": " music)", "start": 4, "end": 5},
+      {"word": " (he", "start": 5, "end": 6})json");
+  EXPECT_EQ(wordsOf(times), "so (he");
+  EXPECT_EQ(times.not_said, (std::vector<std::string>{"[BLANK_AUDIO]", "(upbeat rock music)"}));
+  const TimesFile line = parseTimes(R"json({"segments": [{"text": " (coughing) so", "start": 0, "end": 1},
+      {"text": " [BLANK_AUDIO]", "start": 1, "end": 2}]})json",
+                                    "x");
+  EXPECT_EQ(wordsOf(line), "so");
+  EXPECT_EQ(line.not_said, (std::vector<std::string>{"(coughing)", "[BLANK_AUDIO]"}));
+}
+
 TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
   const TimesFile times = timesIn("whisperx.json");
   EXPECT_NEAR(times.words[1].span.start, 0.25, 1e-9);
@@ -332,6 +387,15 @@ TEST(TimedRecogniser, TellsThatNobodySpeaksWhereItsWordsAre) {
   ASSERT_EQ(told.size(), 2U);
   EXPECT_NE(told[0].find("evenly spread"), std::string::npos) << told[0];
   EXPECT_TRUE(told[1].starts_with("hardly any speech is heard where ")) << told[1];
+}
+
+TEST(TimedRecogniser, CountsWhatIsNotSaid) {
+  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_sounds.srt";
+  writeFileAtomically(file, "1\n00:00:00,000 --> 00:00:01,500\nJOHN: (sighs) [a] [b] [c] [d] the time is now\n");
+  const HeardSpeech heard = makeTimedRecogniser(file)->hear(sound, "line");
+  EXPECT_EQ(heard.text, "the time is now");
+  EXPECT_EQ(heard.warnings, std::vector<std::string>{"6 left out as not said, by SRT: JOHN: (sighs) [a] [b] [c] ..."});
 }
 
 TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
