@@ -428,7 +428,7 @@ RowMajorMatrixF takeLidsAndBrows(FrameMaker& frames, const FaceMesh& mesh, const
     }
   }
   SeenMotion motion(std::move(seen), frames.frame_count);
-  const FrameMaker whole = heldIfShort(std::move(frames));
+  const FrameMaker whole = std::move(frames);  // made anew each time: held they would take most of a GLB's memory
   whole.inBlocks(
       [&](Eigen::Index first, const RowMajorMatrixF& rows) { motion.add(first, motionOf(rows, region, rest)); });
   RowMajorMatrixF weights = fitShapeWeights(motion.shapes, motion.seen, own.size());

@@ -67,7 +67,8 @@ ArkitCurves fitArkit(const FrameMaker& frames, const FaceMesh& mesh, const FaceS
 /// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow..., arkitIndexAmong()) do
 /// in `frames`, of some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region
 /// rests. What they do is taken out of `frames`, and where they move the skin most they alone are
-/// left to do it: a blink of the head's own slides over the eyeball, which a warp does not.
+/// left to do it: a blink of the head's own slides over the eyeball, which a warp does not. None are held: all are made
+/// once here, and anew when they are asked for.
 RowMajorMatrixF takeLidsAndBrows(FrameMaker& frames, const FaceMesh& mesh, const FaceShapes& shapes);
 
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers

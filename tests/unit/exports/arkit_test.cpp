@@ -147,8 +147,14 @@ TEST(Arkit, BlinksAsFarAsTheLidWhateverItsLashesDo) {
   const Eigen::Index blink = arkitIndex("eyeBlinkLeft"), brow = arkitIndex("browInnerUp");
   const ArkitCurves curves = fitArkit(framesOf(animation), head.mesh, head.shapes);
   FrameMaker frames = framesOf(animation);
+  int made = 0;
+  frames.make = [&made, make = frames.make](Eigen::Index frame, std::span<float> out) {
+    ++made;
+    make(frame, out);
+  };
   const RowMajorMatrixF taken = takeLidsAndBrows(frames, head.mesh, head.shapes);
   const FaceAnimation left = frames.all();
+  EXPECT_EQ(made, 2 * 60) << "frames that are held take room";
   for (const RowMajorMatrixF& weights : {curves.weights, taken}) {
     EXPECT_GT(weights(35, blink), 0.98F);
     EXPECT_EQ(weights(10, blink), 0);
