@@ -78,8 +78,13 @@ class MOUTHPIECE_API LiveStream {
   /// The next phone; silence is between it and the one before. Not together with sound. Throws InputError for a phone
   /// that no one knows, and times that are none.
   void push(const LivePhone& phone);
-  /// The next word, said as the voice's language says it; its phones share its time by how long they usually are.
+  /// The next word, said as the voice's language says it; its phones share its time as its sound tells
+  /// (pushSoundOfWords()), or by how long they usually are.
   void push(std::string_view word, const TimeSpan& span);
+  /// Sound beside words, from the stream's start on, in [-1, 1], LiveOptions::sample_rate_hz: of a word that is pushed
+  /// when its sound has come it tells when each phone is said. Nothing else is said than words; those whose sound lacks
+  /// are as without it. The last half a minute is kept. Throws InputError as push() does, and together with its sound.
+  void pushSoundOfWords(std::span<const float> samples);
   /// Nothing is said until then.
   void silence(Seconds until);
   /// Lets the speaker's voice say a text after all that was pushed, and returns its sound, which begins at saidUntil()

@@ -303,6 +303,15 @@ int mouthpiece_live_push_word(mouthpiece_live* live, const char* word, double st
   });
 }
 
+int mouthpiece_live_push_sound_of_words(mouthpiece_live* live, const float* samples, size_t count, char* error,
+                                        size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    if (count > 0) expectGiven(samples, "sound");
+    live->stream.pushSoundOfWords(std::span(samples, count));
+  });
+}
+
 int mouthpiece_live_silence(mouthpiece_live* live, double until_s, char* error, size_t error_size) {
   return guarded(error, error_size, [&] {
     expectGiven(live, "live stream");

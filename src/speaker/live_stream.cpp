@@ -21,6 +21,7 @@
 #include "speaker/live_setup.h"
 #include "speaker/sound_clock.h"
 #include "speaker/speaker_data.h"
+#include "speaker/told_words.h"
 #include "synthesis/live_motion.h"
 #include "voices/voice.h"
 
@@ -80,7 +81,8 @@ struct LiveStream::Data {
   std::vector<bool> upper_columns;
   std::unique_ptr<Voice> voice;
   std::unique_ptr<Pronouncer> pronouncer;
-  PhoneLengths lengths;  ///< of the corpus, once there is a pronouncer
+  PhoneLengths lengths;                   ///< of the corpus, once there is a pronouncer
+  std::unique_ptr<ToldWords> told_words;  ///< once their sound comes
   // Of sound:
   SoundClock clock{SoundClock::Clock::now()};
   Seconds sound_come = 0;  ///< with the chunk that is heard
@@ -149,7 +151,13 @@ std::vector<PhoneSegment> LiveStream::Data::phonesOfWord(std::string_view word, 
   makePronouncer();
   std::vector<PhoneSegment> segments;
   Seconds length = 0;
-  for (const TranscriptWord& said : pronouncer->wordsOf(word)) {
+  const std::vector<TranscriptWord> all = pronouncer->wordsOf(word);
+  if (told_words) segments = told_words->phonesOf(all, span, words);
+  if (!segments.empty()) {
+    words += all.size();
+    return segments;
+  }
+  for (const TranscriptWord& said : all) {
     for (const Phone phone : said.ways.front().phones) {
       segments.push_back({.phone = phone, .span = {length, length + lengths.of(phone)}, .word = words});
       length += lengths.of(phone);
@@ -432,6 +440,14 @@ void LiveStream::push(std::string_view word, const TimeSpan& span) {
   data.expectOpen(false);
   data.catchUp();
   data.pushPhones(segments);
+}
+
+void LiveStream::pushSoundOfWords(std::span<const float> samples) {
+  Data& data = *data_;
+  data.expectOpen(false);
+  if (!data.told_words)
+    data.told_words = std::make_unique<ToldWords>(data.options.sample_rate_hz, *data.setup.language);
+  data.told_words->push(samples);
 }
 
 void LiveStream::silence(Seconds until) {

@@ -173,11 +173,22 @@ void run(const std::string& corpus_file, Seconds look_ahead, const std::vector<s
   }
 }
 
-/// The motion of words that are known `look_ahead` before they are said.
+/// The motion of words that are known `look_ahead` before they are said; with their `sound`, where there is one.
 MotionClip followedByWord(const Speaker& speaker, const SpeechLabels& labels, Seconds look_ahead,
-                          const std::vector<std::string>& markers) {
+                          const std::vector<std::string>& markers, const AudioClip* sound = nullptr) {
   LiveStream stream = speaker.live({.look_ahead = look_ahead, .source = LiveOptions::Source::kLabels});
-  for (const LabelledWord& word : labels.words) stream.push(word.text, labels.spanOf(word.phones));
+  constexpr Seconds kBehind = 0.1;  // a word is known so long after its end
+  std::size_t come = 0;
+  for (const LabelledWord& word : labels.words) {
+    const TimeSpan span = labels.spanOf(word.phones);
+    if (sound != nullptr) {
+      const auto until =
+          std::min(sound->samples.size(), static_cast<std::size_t>((span.end + kBehind) * sound->sample_rate_hz));
+      stream.pushSoundOfWords(std::span(sound->samples).subspan(come, until - come));
+      come = until;
+    }
+    stream.push(word.text, span);
+  }
   stream.silence(labels.duration());
   return pulledFrom(stream, markers);
 }
@@ -195,6 +206,7 @@ void runTold(const std::string& corpus_file, Seconds look_ahead, const std::vect
   std::vector<Part> parts{{"phones and times, from the recording by file"},
                           {"words and times, from the recording by file"},
                           {"the same, all known"},
+                          {"words, times and sound, from it by file"},
                           {"text that the voice says, from it by file"}};
   for (const std::string& sound : sounds) {
     const std::string text = readFile(std::filesystem::path(sound).replace_extension(".txt"));
@@ -204,10 +216,12 @@ void runTold(const std::string& corpus_file, Seconds look_ahead, const std::vect
     parts[0].add(whole, followed(speaker, labels, look_ahead, markers), labels, layout);
     parts[1].add(whole, followedByWord(speaker, labels, look_ahead, markers), labels, layout);
     parts[2].add(whole, followedByWord(speaker, labels, kWhole, markers), labels, layout);
+    const AudioClip audio = resampleAudio(readAudio(sound), 16000);
+    parts[3].add(whole, followedByWord(speaker, labels, look_ahead, markers, &audio), labels, layout);
     const Performance typed = speaker.perform(Line::typed(text));
     LiveStream stream = speaker.live({.look_ahead = look_ahead, .source = LiveOptions::Source::kText});
     static_cast<void>(stream.say(text));
-    parts[3].add(typed.data().clip(), pulledFrom(stream, markers), typed.data().animation.labels, layout);
+    parts[4].add(typed.data().clip(), pulledFrom(stream, markers), typed.data().animation.labels, layout);
   }
   fmt::print("{:<46}    mm worst  said      r closures false\n",
              fmt::format("{} sounds, {} s ahead", sounds.size(), look_ahead));

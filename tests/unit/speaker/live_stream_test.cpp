@@ -118,6 +118,56 @@ class Live : public testing::Test {
   }
 };
 
+/// Of words with their times the sound tells what they do not say: when each phone is said.
+TEST_F(Live, SoundTellsWhenThePhonesOfWordsAreSaid) {
+  Pulled by_phones;
+  LiveStream phones = speaker().live({.look_ahead = 1, .source = LiveOptions::Source::kLabels});
+  pushLabels(phones, by_phones);
+  enum class Comes { kNever, kBefore, kTooLate };
+  const auto byWords = [&](Comes comes) {
+    LiveStream stream = speaker().live({.look_ahead = 1, .source = LiveOptions::Source::kLabels});
+    Pulled pulled;
+    std::size_t come = 0;
+    for (const WordLabel& word : line().labels().words) {
+      if (comes == Comes::kTooLate) stream.push(word.text, word.span);
+      const auto until = std::min(
+          sound().size(), static_cast<std::size_t>(16000 * (word.span.end + (comes == Comes::kBefore ? 0.05 : 0))));
+      if (comes != Comes::kNever) stream.pushSoundOfWords(std::span(sound()).subspan(come, until - come));
+      come = until;
+      if (comes != Comes::kTooLate) stream.push(word.text, word.span);
+      pulled.addAll(stream);
+    }
+    stream.silence(line().labels().phones.back().span.end);
+    stream.finish();
+    pulled.addAll(stream);
+    return pulled;
+  };
+  const auto differs = [&](const Pulled& pulled) {
+    double sum = 0;
+    EXPECT_EQ(pulled.markers_mm.size(), by_phones.markers_mm.size());
+    for (std::size_t i = 0; i < std::min(pulled.markers_mm.size(), by_phones.markers_mm.size()); ++i)
+      sum += std::pow(pulled.markers_mm[i] - by_phones.markers_mm[i], 2);
+    return std::sqrt(sum / static_cast<double>(by_phones.markers_mm.size()));
+  };
+  const Pulled without = byWords(Comes::kNever);
+  EXPECT_LT(differs(byWords(Comes::kBefore)), 0.6 * differs(without));
+  EXPECT_EQ(byWords(Comes::kTooLate), without) << "a word's sound that comes after it";
+}
+
+TEST_F(Live, SoundOfWordsIsNotSoundAlone) {
+  LiveStream stream = speaker().live();
+  stream.push(std::span(sound()).first(1600));
+  EXPECT_EQ(errorOf([&] { stream.pushSoundOfWords(sound()); }),
+            "found labels and sound in one stream; expected one of them");
+  LiveStream words = speaker().live({.source = LiveOptions::Source::kLabels});
+  const std::vector<float> odd{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -9.0F};
+  words.pushSoundOfWords(odd);
+  words.push("boat", {0, 0.0001});
+  words.push("boat", {0.1, 0.5});
+  words.finish();
+  EXPECT_NE(words.next(), nullptr);
+}
+
 TEST_F(Live, ChunksOfAnySizeGiveTheSameBytes) {
   const Pulled whole = heardInChunks([] { return std::numeric_limits<std::size_t>::max(); });
   EXPECT_EQ(whole.frames, line().frameCount());
