@@ -143,13 +143,14 @@ void TimesBuilder::dropBracketsOverWords() {
   times_.words = std::move(kept);
 }
 
-void TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
+bool TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
   std::string said = saidOf(text);
-  if (said.empty()) return;
+  if (said.empty()) return false;
   check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
   span.end = std::max(span.end, span.start + kLeastTime);
   if (!(confidence >= 0 && confidence <= 1)) confidence = 1;
   times_.words.push_back({std::move(said), span, confidence});
+  return true;
 }
 
 void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word) {

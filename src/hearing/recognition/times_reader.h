@@ -14,7 +14,8 @@ class TimesBuilder {
 
   /// `place`: for messages. What is written between brackets ("[Music]", "(laughs)") and notes ("♪ la ♪") is not said.
   /// A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
-  void addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
+  /// False where nothing of it is said.
+  bool addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
   /// A phone, or a silence; the last word is its own where `in_word`.
   void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false);
   void addNotSaid(std::string_view text) { times_.not_said.emplace_back(text); }

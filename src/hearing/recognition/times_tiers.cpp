@@ -29,19 +29,20 @@ TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
 /// What the aligner could not spell ("spn") and words that it did not keep ("<unk>") are left to our own.
 TimesFile fromTiers(LabelTiers tiers, std::string kind, std::string_view name, const Language& language) {
   std::erase_if(tiers.phones, [](const LabelEntry& phone) { return phone.text == kUnspelledWord; });
-  std::erase_if(tiers.words,
-                [](const LabelEntry& word) { return word.text.starts_with('<') || word.text.starts_with('['); });
+  std::erase_if(tiers.words, [](const LabelEntry& word) { return word.text.starts_with('<'); });
   TimesBuilder builder(name, std::move(kind));
   const std::vector<WordSegment> words = wordsFromEntries(name, tiers.words);
   std::size_t next = 0;
+  std::optional<TimeSpan> word;  // the last one, if it is said
   const auto addWordsUntil = [&](Seconds time) {
-    for (; next < words.size() && words[next].span.start <= time; ++next)
-      builder.addWord(words[next].text, words[next].span, "words");
+    for (; next < words.size() && words[next].span.start <= time; ++next) {
+      const bool is_said = builder.addWord(words[next].text, words[next].span, "words");
+      word = is_said ? std::optional(words[next].span) : std::nullopt;
+    }
   };
   for (const PhoneSegment& phone : phonesFromEntries(name, tiers.phones, language)) {
     addWordsUntil(phone.span.middle());
-    const bool is_in_word = next > 0 && words[next - 1].span.contains(phone.span.middle());
-    builder.addPhone(phone.phone, phone.span, "phones", is_in_word);
+    builder.addPhone(phone.phone, phone.span, "phones", word && word->contains(phone.span.middle()));
   }
   addWordsUntil(kLatestLabel);
   return builder.finish();
