@@ -163,7 +163,11 @@ TEST_F(Live, SoundOfWordsIsNotSoundAlone) {
   const std::vector<float> odd{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -9.0F};
   words.pushSoundOfWords(odd);
   words.push("boat", {0, 0.0001});
+  words.pushSoundOfWords(sound());
   words.push("boat", {0.1, 0.5});
+  words.push("boat", {0.5, 0.9});
+  words.push("boat", {0.1, 0.5});  // once more
+  words.push("boat", {0.9, 99});   // longer than the sound
   words.finish();
   EXPECT_NE(words.next(), nullptr);
 }
