@@ -37,6 +37,9 @@ constexpr double kOpposed = -0.3;        ///< cosine between two surfaces that m
 /// Winding number of a lip's open surface about what is in its flesh: 0.2 to 0.9; in the mouth beyond a fold it is
 /// -0.1.
 constexpr double kInFlesh = 0.1;
+/// Of a sheet that passes another by a little beside its end, the other one is no deeper in it than so many times what
+/// has passed.
+constexpr double kPassed = 2;
 constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
@@ -69,6 +72,7 @@ struct Surface {
   std::vector<Triangle> triangles;
   std::vector<std::array<std::int32_t, 3>> over;  ///< edge opposite of corner k; kNone: the surface ends there
   std::unordered_map<std::uint32_t, std::vector<std::size_t>> around;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends;  ///< edges where the head's own skin ends
   MovingTriangles tree;
 
   void settle(const VertexPositions& rest) {
@@ -180,6 +184,14 @@ class PosedSurface {
       half_angles += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
     }
     return half_angles > kInFlesh * 2 * std::numbers::pi;
+  }
+
+  /// How deep the place that signedDistance() looked at last is in what the surface bounds, told to be `depth` behind
+  /// it: beside an end of the surface no deeper than that has passed.
+  [[nodiscard]] double depthOfLast(double depth) const {
+    for (const auto& [a, b] : surface_.ends)
+      depth = std::min(depth, kPassed * distanceToLine(last_->point, {pointAt(vertices_, a), pointAt(vertices_, b)}));
+    return depth;
   }
 
  private:
@@ -294,6 +306,13 @@ class Chooser {
       is_near_.push_back((isSkin(kind) || kind == PartKind::kMouthInside) &&
                          distanceToLine(vertex(v), rim_) < kRegion * control.mouth_width);
     }
+    for (const Triangle& t : mesh.triangles) {
+      if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near_[v]; })) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [at, is_new] = ends_.insert(placesOf(t[k], t[(k + 1) % 3]));
+        if (!is_new) ends_.erase(at);
+      }
+    }
   }
 
   /// The triangles of one lip: those off the other one's side.
@@ -311,6 +330,13 @@ class Chooser {
       addPoints(triangle, corners, lip.points);
     }
     lip.surface.settle(mesh_.vertices);
+    for (std::size_t t = 0; t < lip.surface.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = lip.surface.triangles[t][(k + 1) % 3], b = lip.surface.triangles[t][(k + 2) % 3];
+        if (lip.surface.over[t][k] == Surface::kNone && ends_.contains(placesOf(a, b)))
+          lip.surface.ends.emplace_back(a, b);
+      }
+    }
     return lip;
   }
 
@@ -351,6 +377,17 @@ class Chooser {
  private:
   [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return pointAt(mesh_.vertices, v); }
 
+  /// An edge by where its ends lie: vertices of a texture's seam lie twice in one place.
+  using EdgePlaces = std::array<std::array<float, 3>, 2>;
+  [[nodiscard]] EdgePlaces placesOf(std::uint32_t a, std::uint32_t b) const {
+    const auto at = [&](std::uint32_t v) -> std::array<float, 3> {
+      return {mesh_.vertices(v, 0), mesh_.vertices(v, 1), mesh_.vertices(v, 2)};
+    };
+    EdgePlaces places{at(a), at(b)};
+    if (places[1] < places[0]) std::swap(places[0], places[1]);
+    return places;
+  }
+
   /// A regular net; corners that triangles share count once, and most edges. `taken`: corners that are there.
   void addPoints(const Triangle& triangle, std::set<std::uint32_t>& taken, std::vector<LipPoint>& points) const {
     double longest = 0;
@@ -380,6 +417,7 @@ class Chooser {
   std::vector<Eigen::Vector3d> rim_;
   Eigen::Vector3d from_, along_;
   std::vector<bool> is_near_;
+  std::set<EdgePlaces> ends_;  ///< edges near the lips that have one triangle
 };
 
 }  // namespace
@@ -458,9 +496,10 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
       if (const auto gap = are_two ? isSeen(other, gap_here, data_->deep_in_lip, 0, to_lip) : std::nullopt) {
         const double depth = -*gap;
         const bool is_seen = facing.at(point).z() >= kFacesIn;
-        if (is_seen) contact.seeming_overlap = std::max(contact.seeming_overlap, depth);
+        const double deep = is_seen && depth > 0 ? other.depthOfLast(depth) : 0;
+        contact.seeming_overlap = std::max(contact.seeming_overlap, deep);
         if (depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p)) {
-          if (is_seen) overlap = std::max(overlap, depth);
+          overlap = std::max(overlap, deep);
           if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
         }
       }

@@ -285,9 +285,10 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
 }
 
 /// Heads as a game's artist makes them: a mouth-wide edge that grows a little, a fold of coarse skin, and triangles
-/// that join the lips at a corner and reach to the middle, where they would seem to touch.
+/// that join the lips at a corner and reach to the middle, where they would seem to touch; 330: sheets with a hole
+/// behind them that pass each other by a little.
 class CoarseHeads : public ::testing::TestWithParam<unsigned> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 38U, 312U));
+INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 38U, 312U, 330U));
 
 TEST_P(CoarseHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
@@ -304,6 +305,36 @@ TEST_P(CoarseHeads, FitByTenClicksAndDoNotTear) {
                                << " mm, " << trial.shut << " of " << trial.closures << " shut";
   EXPECT_GT(trial.closures, 0U);
   std::filesystem::remove_all(folder);
+}
+
+/// Lips that are sheets with a hole behind them are as deep in each other as one has to be moved to get out.
+TEST(CoarseSheets, AreAsDeepInEachOtherAsTheyHavePassed) {
+  constexpr unsigned kSeed = 468;
+  constexpr double kStepMm = 0.05;
+  const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (heads.size() < 9) GTEST_SKIP() << "../shared/faces is not here";
+  const std::optional<ClickedHead> head = coarseHead(heads[kSeed / 3 % heads.size()], kSeed);
+  ASSERT_TRUE(head);
+  FaceMesh mesh = head->mesh;
+  const FaceFile face = fitFace(mesh, head->clicks, "clicks", requestFor(*head, clockCorpus()));
+  const LipContactMeter meter(mesh, face.control, 0.005);
+  const auto overlapMm = [&](double up_mm) {
+    VertexPositions moved = mesh.vertices;
+    for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+      const int patch = face.binding.patch[v];
+      if (patch >= 0 && face.control.sideOf(unsignedIndex(patch)) == LipSide::kLower)
+        moved(signedIndex(v), 1) += asFloat(up_mm / head->mm_per_unit);
+    }
+    return head->mm_per_unit * meter.measure(moved).overlap;
+  };
+  double touch_mm = 0;
+  while (touch_mm < 5 && overlapMm(touch_mm) < 0.5 * kStepMm) touch_mm += kStepMm;
+  ASSERT_LT(touch_mm, 5);
+  for (const double passed_mm : {0.3, 0.5, 1.0, 2.0}) {
+    const double found_mm = overlapMm(touch_mm + passed_mm);
+    EXPECT_LT(found_mm, passed_mm + 2 * kStepMm);
+    EXPECT_GT(found_mm, 0.75 * passed_mm);
+  }
 }
 
 }  // namespace
