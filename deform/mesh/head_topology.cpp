@@ -183,7 +183,8 @@ std::vector<std::uint32_t> HeadTopology::nearestSkin(const std::vector<Eigen::Ve
 
 /// Dijkstra's way from many places at once.
 HeadTopology::Reach HeadTopology::reachFrom(const std::vector<std::uint32_t>& seeds,
-                                            const std::function<bool(std::uint32_t vertex)>& may_pass) const {
+                                            const std::function<bool(std::uint32_t vertex)>& may_pass,
+                                            double longest) const {
   Reach reach{std::vector<double>(kinds().size(), kInfinite), std::vector<std::int32_t>(kinds().size(), -1)};
   using Entry = std::pair<double, std::uint32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -198,7 +199,7 @@ HeadTopology::Reach HeadTopology::reachFrom(const std::vector<std::uint32_t>& se
     if (distance > reach.distance[vertex]) continue;
     for (const Net::Link& link : net_->linksOf(vertex)) {
       if (link.is_double && at_lips_[vertex]) continue;
-      const double further = distance + double{link.length};
+      const double further = distance + std::min(longest, double{link.length});
       if (further >= reach.distance[link.to] || !may_pass(link.to)) continue;
       reach.distance[link.to] = further;
       reach.source[link.to] = reach.source[vertex];

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -75,9 +76,10 @@ class HeadTopology {
     std::vector<double> distance;      ///< infinite where no seed reaches
     std::vector<std::int32_t> source;  ///< the seed that does; -1: none
   };
-  /// Shortest ways along edges from `seeds`, over vertices where `may_pass` holds.
+  /// Shortest ways along edges from `seeds`, over vertices where `may_pass` holds. Edges count as `longest` at most.
   [[nodiscard]] Reach reachFrom(const std::vector<std::uint32_t>& seeds,
-                                const std::function<bool(std::uint32_t vertex)>& may_pass) const;
+                                const std::function<bool(std::uint32_t vertex)>& may_pass,
+                                double longest = std::numeric_limits<double>::infinity()) const;
   /// The vertex of skin or lips nearest to a place; nullopt without such parts.
   [[nodiscard]] std::optional<std::uint32_t> nearestSkin(const Eigen::Vector3d& place) const;
 

@@ -266,8 +266,9 @@ class Binder {
         const bool is_bound = before[v] == Fate::kBound && (sidesOfPatch(v) & forbidden) == 0;
         if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
       }
-      const auto reach =
-          topology_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
+      const auto reach = topology_.reachFrom(
+          seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); },
+          options_.longest_edge * control_.mouth_width);
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));

@@ -16,6 +16,9 @@ struct Welding;
 struct BindingOptions {
   /// A vertex binds to a patch only where their normals differ by less (EDGE 6).
   double max_normal_angle_deg = 75;
+  /// Behind lips, lids and nostrils the motion fades along the mesh; an edge counts there as so long at most, mouth
+  /// widths. The rims and corners of coarse lips are an edge away from what is bound, however long that is.
+  double longest_edge = std::numeric_limits<double>::infinity();
 };
 
 /// What each mesh vertex hangs on: EDGE eq. (3), V = B(u, v) + d n(u, v). One entry a vertex in every column but the

@@ -111,8 +111,10 @@ bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept);
 
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
 /// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what mends
-/// more is kept. `face` is changed, and `rig` is then that of it. Returns the judgement of what they have become.
+/// more is kept. Where faults stay the same is tried with coarse skin bound over its long edges
+/// (BindingOptions::longest_edge), which is kept if it has none. `face` is changed, and `rig` is then that of it;
+/// `bound`: how it was bound. Returns the judgement of what they have become.
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
-                       FaceJudgement judged);
+                       FaceJudgement judged, BindingOptions bound = {});
 
 }  // namespace mouthpiece

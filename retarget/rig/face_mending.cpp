@@ -204,21 +204,43 @@ bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
 }
 
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
-                       FaceJudgement judged) {
+                       FaceJudgement judged, BindingOptions bound) {
   if (!canBeMended(judged)) return judged;
   const Welding welding = weldSplitTriangles(rig.mesh());  // sewn together once and not in each round
   const bool is_sewn = !welding.isNothing();
   const FaceFile given = face;
-  FaceFile mended = face;
-  if (is_sewn) mended.binding = weldedBinding(face.binding, welding);
-  const FaceBinding before = mended.binding;
   const auto given_mesh = std::make_shared<const FaceMesh>(rig.mesh());
-  const FaceJudge judge(rig, given, poses, actor);
-  judged = mendWhole(mended, is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh, welding, judge,
-                     std::move(judged));
-  if (mended.binding == before) return judged;
-  face.binding = is_sewn ? givenBinding(mended.binding, welding) : std::move(mended.binding);
-  rig = FaceRig::of(face, given_mesh, rig.name());
+  const auto mesh = is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh;
+  const auto mend = [&](const FaceRig& from, const FaceFile& tried, FaceJudgement found) {
+    const FaceJudge judge(from, tried, poses, actor);
+    FaceFile mended = tried;
+    if (is_sewn) mended.binding = weldedBinding(tried.binding, welding);
+    const FaceBinding before = mended.binding;
+    found = mendWhole(mended, mesh, welding, judge, std::move(found));
+    if (mended.binding == before)
+      mended.binding = tried.binding;
+    else if (is_sewn)
+      mended.binding = givenBinding(mended.binding, welding);
+    return std::pair(std::move(mended), std::move(found));
+  };
+  const auto take = [&](FaceFile&& tried, FaceJudgement&& found) {
+    judged = std::move(found);
+    if (tried.binding == face.binding) return;
+    face.binding = std::move(tried.binding);
+    rig = FaceRig::of(face, given_mesh, rig.name());
+  };
+  auto [mended, found] = mend(rig, given, std::move(judged));
+  take(std::move(mended), std::move(found));
+  if (judged.faults.empty() || !canBeMended(judged)) return judged;
+  // The rims and corners of coarse lips may hang on nothing, too far along the mesh from all that is bound.
+  bound.longest_edge = kCoarseEdge;
+  FaceFile anew = given;
+  anew.binding = bindFace(*mesh, given.control, bound);
+  if (is_sewn) anew.binding = givenBinding(anew.binding, welding);
+  if (anew.binding == given.binding) return judged;
+  const FaceRig anew_rig = FaceRig::of(anew, given_mesh, rig.name());
+  auto [again, found_again] = mend(anew_rig, anew, judgeFace(anew_rig, anew, poses, actor));
+  if (found_again.faults.empty()) take(std::move(again), std::move(found_again));
   return judged;
 }
 

@@ -91,7 +91,7 @@ int runFit(const FitArguments& given) {
   }
   FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
   FaceReport report = reportOn(face, rig, &corpus);
-  report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement));
+  report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement), request.binding);
   const bool is_faulty = !report.faults().empty();
   if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, rig.withSetUp(face));
   if (!given.save_anchors.empty()) {

@@ -103,6 +103,31 @@ TEST(Binding, WhatLiesBehindOtherSkinHangsAlongTheMesh) {
       << "what other skin hides is not in front";
 }
 
+/// What coarse lips have behind their rims is an edge away from these, however long that is.
+TEST(Binding, MotionFadesOverLongEdgesAsIfTheyWereShort) {
+  constexpr float kBehindMm = 30;
+  FaceMesh mesh = sampleFace().mesh;
+  std::uint32_t rim = 0;  // the upper lip's, in its middle
+  const Eigen::RowVector3f middle = sampleControl().rest.row(lipPairs(sampleControl())[2].upper_rim).cast<float>();
+  for (std::uint32_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    const auto off = [&](std::uint32_t of) { return (mesh.vertices.row(of) - middle).norm(); };
+    if (sampleFace().is_above_slit[v] && off(v) < off(rim)) rim = v;
+  }
+  const auto first = static_cast<std::uint32_t>(mesh.vertexCount());
+  mesh.vertices.conservativeResize(signedIndex(first) + 2, Eigen::NoChange);
+  for (std::uint32_t k = 0; k < 2; ++k)
+    mesh.vertices.row(first + k) = mesh.vertices.row(rim) + Eigen::RowVector3f(asFloat(k), 0, -kBehindMm);
+  mesh.parts.push_back(
+      {.name = "wall", .kind = PartKind::kMouthInside, .first_triangle = mesh.triangles.size(), .triangle_count = 1});
+  mesh.triangles.push_back({rim, first, first + 1});
+  const FaceBinding far = bindFace(mesh, sampleControl()),
+                    near = bindFace(mesh, sampleControl(), {.longest_edge = 0.06});
+  EXPECT_EQ(far.skin_weight[first], 0);
+  EXPECT_GT(near.skin_weight[first], 0.8F * near.skin_weight[rim]);
+  ASSERT_GE(near.patch[first], 0);
+  EXPECT_EQ(sampleControl().sideOf(static_cast<std::size_t>(near.patch[first])), LipSide::kUpper);
+}
+
 TEST(Binding, TellsLipsThatAreOneSurface) {
   EXPECT_GT(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).way_between_lips, 1);
   // The slit sewn up: of vertices in one place all triangles take the first.
