@@ -50,7 +50,7 @@ void addOptions(CLI::App& command, TagArguments& options) {
   command.add_option("--lyrics", options.lyrics, "A file with the words that are sung: its phones are found")
       ->excludes(phones);
   addLexiconOption(command, options.lexicon);
-  command.add_option("--out", options.output, "tags.json to write")->required();
+  command.add_option("-o,--out", options.output, "tags.json to write")->required();
 }
 
 }  // namespace

@@ -187,7 +187,7 @@ int runApply(const ApplyArguments& given) {
 void addOptions(CLI::App& command, ApplyArguments& options) {
   command.add_option("--face", options.face, "Made by `retarget fit`")->required();
   command.add_option("--motion", options.motion, "Marker motion, head still: .c3d .csv .trc")->required();
-  command.add_option("--out", options.out, endings())->required();
+  command.add_option("-o,--out", options.out, endings())->required();
   command.add_flag("--arkit", options.arkit,
                    "Animate the ARKit shapes of the GLB that the face was fitted to, instead of shapes of its own");
   command.add_option("--corpus", options.corpus,

@@ -122,7 +122,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
                      "JSON: marker names to vertex numbers or points; all markers, or at least 8 (default: those that "
                      "`retarget anchors` finds)");
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face (default: the sample corpus)");
-  command.add_option("--out", options.out, "The .face file to write")->required();
+  command.add_option("-o,--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
   command.add_option("--show", options.show,
                      "Also write a page that shows the markers and the line between the lips, to drag and save, or the "

@@ -85,7 +85,7 @@ void addOptions(CLI::App& command, OwnArguments& options) {
   command.add_option("--smooth", options.smooth, "More bends less at single markers; 0 meets each exactly")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command.add_option("--out", options.out, "The head to write, .obj; its .anchors.json comes beside it")->required();
+  command.add_option("-o,--out", options.out, "The head to write, .obj; its .anchors.json comes beside it")->required();
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ void addOptions(CLI::App& command, PickArguments& options) {
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--anchors", options.anchors, "Show these anchors to begin with (JSON)");
-  command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
+  command.add_option("-o,--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 
 }  // namespace

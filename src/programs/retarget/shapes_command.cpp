@@ -41,7 +41,7 @@ void addOptions(CLI::App& command, ShapesArguments& options) {
       ->check(CLI::IsMember({"arkit", "oculus", "vrm"}))
       ->capture_default_str();
   command
-      .add_option("--out", options.out,
+      .add_option("-o,--out", options.out,
                   ".glb (a head that came as GLB keeps all it has), .fbx, .usda, or a folder for one OBJ a shape")
       ->required();
   command.add_option("--corpus", options.corpus, "Corpus whose captured poses are used (default: the sample corpus)");
