@@ -260,6 +260,8 @@ TEST_P(ControlLaws, ClosingOffsetsCloseAnOpenMouth) {
     EXPECT_LT(gapOf(closed, pair), 0.05 * open);
     EXPECT_LT(offsets(pair.upper_marker, 1), 0);
     EXPECT_GT(offsets(pair.lower_marker, 1), -offsets(pair.upper_marker, 1)) << "the lower lip goes further";
+    const double gone = (offsets.row(pair.lower_marker) - offsets.row(pair.upper_marker)).norm();
+    EXPECT_NEAR(gone, gapOf(mesh.rest, pair), 1e-9) << "both together as far as they are apart";
     moved.insert({pair.upper_marker, pair.lower_marker});
   }
   for (Eigen::Index i = 0; i < offsets.rows(); ++i) {
