@@ -15,7 +15,6 @@
 #include "hearing/recognition/times_file.h"
 #include "motion/formats/motion_file.h"
 #include "phonetics/labels/label_files.h"
-#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {
@@ -32,7 +31,7 @@ constexpr std::array<std::string_view, 4> kLabelEndings = {".textgrid", ".lab", 
 constexpr Seconds kLengthTolerance = 0.1;
 /// Fewer face markers than this share, and the file is of another layout.
 constexpr double kLeastMarkerShare = 0.75;
-constexpr std::uint64_t kMaxTextBytes = 1 << 20, kMaxLabelBytes = 1 << 26;
+constexpr std::uint64_t kMaxTextBytes = 1 << 20;
 
 std::string lowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -144,16 +143,6 @@ std::string readText(const fs::path& path) {
       text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
   if (text.empty()) throw InputError(path.string(), "", "is empty; expected what is said in the take");
   return text;
-}
-
-/// Words alone, or with some that their aligner could not spell.
-bool lacksPhones(const fs::path& labels) {
-  const std::string bytes = readFile(labels, kMaxLabelBytes);
-  if (!isTextGrid(bytes)) return false;
-  const LabelTiers tiers = parseTextGridTiers(bytes, labels.string());
-  const auto is_unknown = [](const LabelEntry& phone) { return phone.text == kUnspelledWord; };
-  return !tiers.words.empty() &&
-         (tiers.phones.empty() || std::any_of(tiers.phones.begin(), tiers.phones.end(), is_unknown));
 }
 
 SpeechLabels labelsOf(const TakeFiles& files, const AudioClip& audio, const std::optional<std::string>& text,

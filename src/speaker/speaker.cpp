@@ -199,7 +199,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
   const Lexicon* known = lexicon ? &*lexicon : nullptr;
   std::unique_ptr<Recogniser> timed;
   if (!source.times.empty()) {
-    timed = makeTimedRecogniser(source.times, known);
+    timed = makeTimedRecogniser(source.times, known, *language);
   } else if (!recogniser || recogniser_hint != source.hint) {
     RecogniserOptions wanted;
     wanted.as = options.hear == SpeakerOptions::Hear::kWords    ? HearAs::kWords
@@ -245,6 +245,15 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   }
   if (!source.times.empty() || (source.phones.empty() && source.text.empty())) return hearRecording(source);
   if (source.phones.empty()) return alignRecording(source);
+  if (lacksPhones(source.phones)) {
+    Line words = source;
+    words.times = std::exchange(words.phones, {});
+    SpokenLine line = hearRecording(words);
+    if (!source.text.empty()) line.text = source.text;
+    line.notice += (line.notice.empty() ? "" : "; ") +
+                   fmt::format("{} has words without phones: these are found in the sound", words.times.string());
+    return line;
+  }
   SpokenLine line;
   line.audio = readRecording(source.audio);
   line.labels = readLabels(source.phones, {.language = language});

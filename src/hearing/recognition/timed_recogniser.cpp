@@ -144,7 +144,8 @@ void TimedRecogniser::addAligned(const Group& group, const std::vector<std::size
         PhoneSegment segment{.phone = phone.phone,
                              .span = {start + stretch * (phone.span.start + offset - found.start),
                                       start + stretch * (phone.span.end + offset - found.start)},
-                             .word = words_.size() - 1};
+                             .word = words_.size() - 1,
+                             .ipa = phone.ipa};
         if (phone.syllable && isVowel(phone.phone)) segment.stress = labels.syllables[*phone.syllable].stress;
         segments_.push_back(segment);
         confidence_.push_back(given.confidence * alignment.confidence[w]);
@@ -164,8 +165,12 @@ void TimedRecogniser::addEvenly(const Group& group, const std::vector<std::size_
     Seconds at = given.span.start;
     for (; w < end; ++w) {
       words_.push_back(words[w].text);
-      for (const Phone phone : words[w].ways.front().phones) {
-        segments_.push_back({.phone = phone, .span = {at, at + step}, .word = words_.size() - 1});
+      const Pronunciation& way = words[w].ways.front();
+      for (std::size_t i = 0; i < way.phones.size(); ++i) {
+        segments_.push_back({.phone = way.phones[i],
+                             .span = {at, at + step},
+                             .word = words_.size() - 1,
+                             .ipa = way.ipa.empty() ? std::string() : way.ipa[i]});
         confidence_.push_back(0.5 * given.confidence);
         at += step;
       }

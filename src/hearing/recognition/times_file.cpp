@@ -153,11 +153,12 @@ bool TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::stri
   return true;
 }
 
-void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word) {
+void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word,
+                            std::string ipa) {
   check(span, last_phone_end_, phone ? phoneName(*phone) : "sil", place);
   last_phone_end_ = std::max(last_phone_end_, span.end);
   if (!phone || *phone == Phone::kSil || span.duration() <= 0) return;
-  PhoneSegment segment{.phone = *phone, .span = span};
+  PhoneSegment segment{.phone = *phone, .span = span, .ipa = std::move(ipa)};
   if (in_word && !times_.words.empty()) segment.word = times_.words.size() - 1;
   times_.phones.push_back(segment);
 }

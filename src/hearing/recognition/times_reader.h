@@ -16,8 +16,9 @@ class TimesBuilder {
   /// A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
   /// False where nothing of it is said.
   bool addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
-  /// A phone, or a silence; the last word is its own where `in_word`.
-  void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false);
+  /// A phone, or a silence; the last word is its own where `in_word`. `ipa`: PhoneSegment's.
+  void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false,
+                std::string ipa = {});
   void addNotSaid(std::string_view text) { times_.not_said.emplace_back(text); }
   void setLines() { times_.words_are_lines = true; }
   void setShapes() { times_.phones_are_shapes = true; }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "hearing/recognition/times_reader.h"
@@ -15,13 +16,15 @@
 namespace mouthpiece {
 namespace {
 
+constexpr std::uint64_t kMostLabelBytes = std::uint64_t{64} << 20U;
+
 TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
   TimesFile times;
   times.kind = std::move(kind);
   for (const LabelledWord& word : labels.words) times.words.push_back({word.text, labels.spanOf(word.phones), 1});
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone != Phone::kSil)
-      times.phones.push_back({.phone = phone.phone, .span = phone.span, .word = phone.word});
+      times.phones.push_back({.phone = phone.phone, .span = phone.span, .word = phone.word, .ipa = phone.ipa});
   }
   return times;
 }
@@ -42,7 +45,7 @@ TimesFile fromTiers(LabelTiers tiers, std::string kind, std::string_view name, c
   };
   for (const PhoneSegment& phone : phonesFromEntries(name, tiers.phones, language)) {
     addWordsUntil(phone.span.middle());
-    builder.addPhone(phone.phone, phone.span, "phones", word && word->contains(phone.span.middle()));
+    builder.addPhone(phone.phone, phone.span, "phones", word && word->contains(phone.span.middle()), phone.ipa);
   }
   addWordsUntil(kLatestLabel);
   return builder.finish();
@@ -56,6 +59,16 @@ std::size_t countRows(std::string_view text) {
 }
 
 }  // namespace
+
+bool lacksPhones(const std::filesystem::path& labels) {
+  const std::string bytes = readFile(labels, kMostLabelBytes);
+  if (!isTextGrid(bytes)) return false;
+  const LabelTiers tiers = parseTextGridTiers(bytes, labels.string());
+  const auto is_unspelled = [](const LabelEntry& phone) { return phone.text == kUnspelledWord; };
+  const bool are_missing = tiers.phones.empty() || std::ranges::any_of(tiers.phones, is_unspelled);
+  return are_missing &&
+         std::ranges::any_of(tiers.words, [](const LabelEntry& word) { return !isSilenceName(word.text); });
+}
 
 TimesFile parseTimedTextGrid(std::string_view bytes, std::string_view name, const Language& language) {
   return fromTiers(parseTextGridTiers(bytes, name), "TextGrid", name, language);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "support/error_of.h"
@@ -149,6 +150,42 @@ TEST_F(Front, ARecordingInAnotherLanguageIsHeardByPhones) {
   options.hear = SpeakerOptions::Hear::kWords;
   EXPECT_NE(errorOf([&] { Speaker(options).perform(Line::heard(wav, "")); }).find("no words of German"),
             std::string::npos);
+}
+
+/// Words that another program has heard are German ones, and a TextGrid of words alone is labels without their phones.
+TEST_F(Front, ToldWordsOfAnotherLanguageHaveItsPhones) {
+  SpeakerOptions options = sample();
+  options.language = "de";
+  Speaker german(options);
+  const fs::path wav = scratch_.path() / "german.wav", words = scratch_.path() / "words.TextGrid";
+  const Performance said = german.perform("Ich möchte heute schöne Bücher kaufen");
+  save(said, wav);
+  std::string tier;
+  for (const WordLabel& word : said.labels().words)
+    tier += fmt::format("{} {} \"{}\"\n", word.span.start, word.span.end, word.text);
+  std::ofstream(words) << fmt::format(
+      "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n0 {0} <exists> 1\n\"IntervalTier\" \"words\" 0 {0} "
+      "{1}\n{2}",
+      said.duration(), said.labels().words.size(), tier);
+  const auto phonesOf = [&](const Performance& line) {  // as the language writes them
+    save(line, scratch_.path() / "line.TextGrid");
+    std::istringstream rows(test::readAll(scratch_.path() / "line.TextGrid"));
+    std::string phones, row;
+    bool is_tier = false;
+    while (std::getline(rows, row)) {
+      if (row.find("name = ") != std::string::npos) is_tier = row.find("\"phones\"") != std::string::npos;
+      if (is_tier && row.find("text = ") != std::string::npos) phones += row.substr(row.find('"'));
+    }
+    return phones;
+  };
+  const Performance timed = german.perform(Line::timed(wav, words)),
+                    labelled = german.perform(Line::labelled(wav, words));
+  EXPECT_NE(phonesOf(said).find("øː"), std::string::npos);
+  EXPECT_EQ(phonesOf(timed), phonesOf(said));
+  EXPECT_EQ(phonesOf(labelled), phonesOf(said));
+  EXPECT_TRUE(std::ranges::any_of(labelled.warnings(), [](const std::string& warning) {
+    return warning.find("has words without phones: these are found in the sound") != std::string::npos;
+  }));
 }
 
 /// The corpus knows where these words begin and which syllables are stressed.
