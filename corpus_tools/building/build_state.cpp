@@ -223,6 +223,7 @@ std::string settingsOf(const BuildOptions& options) {
       lexicon += ',';
     }
   }
+  if (options.language != &english()) lexicon += fmt::format("\nlanguage {}", options.language->tag);
   for (const auto& [from, to] : options.marker_names) lexicon += fmt::format("\n{}={}", from, to);
   const CleaningOptions& c = options.cleaning;
   return sha256Hex(fmt::format("{} {} {}{}{}{}{}{} {} {} {} {} {} {} {} {}", layoutToJson(options.layout), lexicon,

@@ -234,7 +234,7 @@ class Builder {
   /// Keeps of each take what is small; its motion and sound are found through `finished`.
   void doTakes(BuildResult& result, FinishedTakes& finished, std::optional<EarlierBuild>& earlier,
                const HeadReference& reference, const BuildParts& parts, std::vector<bool>& is_new) {
-    TakeLabeller labeller(options_.lexicon, options_.word_network);
+    TakeLabeller labeller(options_.lexicon, options_.word_network, *options_.language);
     struct Done {
       CleanedTake cleaned;
       std::optional<std::size_t> earlier;  ///< its number there
@@ -299,7 +299,7 @@ CleanTakes readTakesInto(const Corpus& corpus, const fs::path& folder, const Bui
   CleanTakes clean{{}, found.left_out};
   StepCounter steps(found.takes.size(), progress);
   const HeadReference reference = mouthpiece::headReferenceOf(corpus);
-  TakeLabeller labeller(options.lexicon);
+  TakeLabeller labeller(options.lexicon, {}, *options.language);
   const auto make = [&](const TakeFiles& files) { return cleanTake(files, reference, as_corpus, labeller); };
   auto cleaned = forEachTake<CleanedTake>(found.takes, as_corpus, steps, clean.left_out, make, kAsItIs);
   expectSome(folder, found.takes, clean.left_out);

@@ -19,6 +19,7 @@ namespace mouthpiece {
 struct BuildOptions {
   MarkerLayout layout = defaultLayout();
   Lexicon lexicon;
+  const Language* language = &english();  ///< of what is said, and of the labels
   MarkerNameMap marker_names;  ///< of the files, where they are not the layout's
   std::size_t jobs = 0;        ///< takes at once; 0: one per core. The result does not depend on it
   bool strict = false;         ///< the first take that cannot be used stops the build

@@ -146,8 +146,8 @@ std::string readText(const fs::path& path) {
 }
 
 SpeechLabels labelsOf(const TakeFiles& files, const AudioClip& audio, const std::optional<std::string>& text,
-                      const Lexicon& lexicon) {
-  SpeechLabels labels = readLabels(files.labels, {audio.sample_rate_hz});
+                      const Lexicon& lexicon, const Language& language) {
+  SpeechLabels labels = readLabels(files.labels, {audio.sample_rate_hz, &language});
   const bool speaks = std::any_of(labels.phones.begin(), labels.phones.end(),
                                   [](const LabelledPhone& phone) { return phone.phone != Phone::kSil; });
   if (!speaks) throw InputError(files.labels.string(), "", "holds silence only; expected phones");
@@ -213,9 +213,10 @@ RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexic
     take.labels_found = true;
   } else {
     take.labels_found = lacksPhones(files.labels);
-    take.labels = take.labels_found
-                      ? makeTimedRecogniser(files.labels, &lexicon)->hear(take.audio, files.audio.string()).labels
-                      : labelsOf(files, take.audio, text, lexicon);
+    take.labels = take.labels_found ? makeTimedRecogniser(files.labels, &lexicon, labeller.language())
+                                          ->hear(take.audio, files.audio.string())
+                                          .labels
+                                    : labelsOf(files, take.audio, text, lexicon, labeller.language());
   }
   take.text = text.value_or(wordsOf(take.labels));
   expectSameLength(take, files);

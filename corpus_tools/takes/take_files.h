@@ -26,8 +26,9 @@ class WordNetwork;
 class TakeLabeller {
  public:
   /// `lexicon` is kept alive by the caller. Nothing is loaded before the first take asks. `network`: asked about words
-  /// that are in doubt (judgeByNetwork).
-  explicit TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network = {});
+  /// that are in doubt (judgeByNetwork), if they are English.
+  explicit TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network = {},
+                        const Language& language = english());
   ~TakeLabeller();
 
   struct Labels {
@@ -38,12 +39,14 @@ class TakeLabeller {
   Labels label(const AudioClip& audio, const std::string& text, const std::string& name);
   /// Why the network could not be asked, the first time that it was not; else "".
   [[nodiscard]] std::string networkFault() const;
+  [[nodiscard]] const Language& language() const { return language_; }
 
  private:
   std::unique_ptr<ForcedAligner> takeAligner();
 
   const Lexicon& lexicon_;
   std::shared_ptr<WordNetwork> network_;
+  const Language& language_;
   mutable std::mutex mutex_;
   std::string network_fault_;
   std::unique_ptr<Pronouncer> pronouncer_;

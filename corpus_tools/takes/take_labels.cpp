@@ -94,14 +94,14 @@ std::optional<SpeechLabels> withWords(const SpeechLabels& labels, std::string_vi
   return buildSpeechLabels(std::move(segments), words, labels.duration());
 }
 
-TakeLabeller::TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network)
-    : lexicon_(lexicon), network_(std::move(network)) {}
+TakeLabeller::TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network, const Language& language)
+    : lexicon_(lexicon), network_(&language == &english() ? std::move(network) : nullptr), language_(language) {}
 TakeLabeller::~TakeLabeller() = default;
 
 std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
   const std::scoped_lock lock(mutex_);
-  if (!pronouncer_) pronouncer_ = std::make_unique<Pronouncer>(&lexicon_);
-  if (idle_.empty()) return std::make_unique<ForcedAligner>();
+  if (!pronouncer_) pronouncer_ = std::make_unique<Pronouncer>(&lexicon_, language_);
+  if (idle_.empty()) return std::make_unique<ForcedAligner>(std::filesystem::path(), language_);
   std::unique_ptr<ForcedAligner> aligner = std::move(idle_.back());
   idle_.pop_back();
   return aligner;

@@ -21,7 +21,7 @@ constexpr std::uint64_t kMaxTranscriptBytes = 1 << 20;
 struct AlignArguments {
   bool quiet = false, json = false, sung = false;
   std::filesystem::path audio, transcript_file, lexicon, output;
-  std::string transcript;
+  std::string transcript, language = "en";
 };
 
 std::string transcriptOf(const AlignArguments& given) {
@@ -56,14 +56,17 @@ void noteDoubtfulWords(const ForcedAlignment& alignment, bool quiet) {
 }
 
 int runAlign(const AlignArguments& given) {
-  const Lexicon lexicon = lexiconFrom(given.lexicon);
+  const Language& language = languageOf(given.language);
+  const Lexicon lexicon = lexiconFrom(given.lexicon, language);
   const AudioClip audio = readAudio(given.audio);
-  const Pronouncer pronouncer(&lexicon);
+  const Pronouncer pronouncer(&lexicon, language);
   const std::vector<TranscriptWord> words = pronouncer.wordsOf(transcriptOf(given));
   const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
   const SamplesToHear to_hear(audio);
-  ForcedAlignment alignment = ForcedAligner().align(to_hear, audio.duration(), words, given.audio.string(), kind);
-  const std::string fault = judgeByNetwork(*sharedWordNetwork(), pronouncer, to_hear, alignment);
+  ForcedAligner aligner({}, language);
+  ForcedAlignment alignment = aligner.align(to_hear, audio.duration(), words, given.audio.string(), kind);
+  const std::string fault =
+      &language == &english() ? judgeByNetwork(*sharedWordNetwork(), pronouncer, to_hear, alignment) : "";
   if (!fault.empty()) printNotice(fault, given.quiet);
   writeTextGrid(given.output, alignment.labels);
   noteDoubtfulWords(alignment, given.quiet);
@@ -85,6 +88,7 @@ void addOptions(CLI::App& command, AlignArguments& options) {
   command.add_option("--out,-o", options.output, "The TextGrid to write")->required();
   command.add_flag("--sung", options.sung, "The words are sung: long vowels and pauses");
   addLexiconOption(command, options.lexicon);
+  addLanguageOption(command, options.language);
   addJsonFlag(command, options.json);
 }
 

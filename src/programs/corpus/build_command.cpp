@@ -10,6 +10,7 @@ namespace {
 struct BuildArguments {
   bool quiet = false, strict = false;
   std::filesystem::path folder, output, lexicon, layout;
+  std::string language = "en";
   std::size_t jobs = 0;
   CleaningOptions cleaning;
   std::vector<std::string> renamed;
@@ -28,7 +29,8 @@ void noteDoubtfulWords(const std::vector<TakeReport>& takes, bool quiet) {
 int runBuild(const BuildArguments& given) {
   BuildOptions options;
   options.layout = layoutFrom(given.layout);
-  options.lexicon = lexiconFrom(given.lexicon);
+  options.language = &languageOf(given.language);
+  options.lexicon = lexiconFrom(given.lexicon, *options.language);
   options.marker_names = markerMapFrom(given.renamed, given.layout);
   options.word_network = sharedWordNetwork();
   options.jobs = given.jobs;
@@ -58,6 +60,7 @@ void addOptions(CLI::App& command, BuildArguments& options) {
       ->required();
   command.add_option("--out,-o", options.output, "The corpus to write")->required();
   addLexiconOption(command, options.lexicon);
+  addLanguageOption(command, options.language);
   addLayoutOption(command, options.layout);
   addMarkerMapOption(command, options.renamed);
   addJobsOption(command, options.jobs);

@@ -33,6 +33,13 @@ void addLexiconOption(CLI::App& command, std::filesystem::path& lexicon) {
   command.add_option("--lexicon", lexicon, "Pronunciations of words (WORD PHONES..., one a line)");
 }
 
+void addLanguageOption(CLI::App& command, std::string& language) {
+  command
+      .add_option("--language", language,
+                  "Of what is said, as BCP 47: de, es, fr, it, pt, pt-BR, pl, nl, ja, or any other of eSpeak NG's")
+      ->capture_default_str();
+}
+
 void addJobsOption(CLI::App& command, std::size_t& jobs) {
   command.add_option("--jobs", jobs, "Takes at once; default: one per core")->check(CLI::Range(1, 1024));
 }
@@ -75,7 +82,9 @@ MarkerLayout layoutFrom(const std::filesystem::path& file) {
   return isLayoutOfOurs(file) ? defaultLayout() : parseLayout(readFile(file, kMaxLayoutBytes), file.string());
 }
 
-Lexicon lexiconFrom(const std::filesystem::path& file) { return file.empty() ? Lexicon() : Lexicon::read(file); }
+Lexicon lexiconFrom(const std::filesystem::path& file, const Language& language) {
+  return file.empty() ? Lexicon() : Lexicon::read(file, language);
+}
 
 bool isC3dFileName(const std::filesystem::path& path) {
   return path.extension() == ".c3d" || path.extension() == ".C3D";

@@ -31,6 +31,8 @@ class CallbackBar {
 void addCorpusArgument(CLI::App& command, std::filesystem::path& corpus);
 void addLayoutOption(CLI::App& command, std::filesystem::path& layout);
 void addLexiconOption(CLI::App& command, std::filesystem::path& lexicon);
+/// The tag of a language, for languageOf(); "en" to begin with.
+void addLanguageOption(CLI::App& command, std::string& language);
 void addJobsOption(CLI::App& command, std::size_t& jobs);
 /// --no-swaps, --no-spikes, ...: each switches a step of the cleaning off.
 void addCleaningOptions(CLI::App& command, CleaningOptions& cleaning);
@@ -43,7 +45,7 @@ MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed, const std::
 /// The layout in a JSON file; the default one for an empty path.
 MarkerLayout layoutFrom(const std::filesystem::path& file);
 /// The lexicon in a file; an empty one for an empty path.
-Lexicon lexiconFrom(const std::filesystem::path& file);
+Lexicon lexiconFrom(const std::filesystem::path& file, const Language& language = english());
 
 /// Writes `clip`, made from the motion in `source`; events go along from C3D to C3D.
 void writeMotionWithEvents(const std::filesystem::path& path, const MotionClip& clip,

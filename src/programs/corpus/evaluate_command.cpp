@@ -27,7 +27,7 @@ struct EvaluateArguments {
   std::vector<std::size_t> learning_curve;
   std::uint64_t draw = 1;
   std::vector<std::string> rows;
-  std::string unseen, hint, part, within;
+  std::string unseen, hint, part, within, language = "en";
 };
 
 /// Of `methods` those that were asked for; all when none was.
@@ -47,7 +47,8 @@ EvaluationMethods onlyRows(const EvaluationMethods& methods, const std::vector<s
 
 std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus& corpus) {
   BuildOptions options;
-  options.lexicon = lexiconFrom(given.lexicon);
+  options.language = &languageOf(given.language);
+  options.lexicon = lexiconFrom(given.lexicon, *options.language);
   options.jobs = given.jobs;
   CallbackBar bar("reading", given.quiet);
   CleanTakes clean = readTakesInto(corpus, given.takes, options, std::ref(bar));
@@ -188,6 +189,7 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
                   "Folder of NAME.c3d: compare with this clean motion, not the corpus' takes (corpus sample --truth)")
       ->excludes("--takes");
   addLexiconOption(command, options.lexicon);
+  addLanguageOption(command, options.language);
   addJobsOption(command, options.jobs);
   addJsonFlag(command, options.json);
 }

@@ -143,6 +143,18 @@ TEST(ReadTake, PhonesThatATextGridLacksAreFound) {
   }
 }
 
+/// Words of takes in another language are said, and their phones written, as it does; the network hears English alone.
+TEST(TakeLabeller, SaysTheWordsOfAnotherLanguage) {
+  const SpokenLine said = makeVoice("espeak:de")->speak("Ich möchte heute schöne Bücher kaufen");
+  const Lexicon lexicon;
+  const auto broken = std::make_shared<WordNetwork>(std::filesystem::path("/nowhere"));
+  TakeLabeller german(lexicon, broken, languageOf("de"));
+  const SpeechLabels found = german.label(said.audio, "Ich möchte heute schöne Bücher kaufen", "one.wav").labels;
+  EXPECT_EQ(german.networkFault(), "");
+  ASSERT_EQ(found.phones.size(), said.labels.phones.size());
+  for (std::size_t i = 0; i < found.phones.size(); ++i) EXPECT_EQ(found.phones[i].name(), said.labels.phones[i].name());
+}
+
 /// A line and a voice from which no weight of the doubt was learnt.
 TEST(TakeLabeller, AsksTheNetworkAboutWordsInDoubt) {
   const auto network = std::make_shared<WordNetwork>(MOUTHPIECE_BUILD_SHARE_DIR "/word_network");
