@@ -32,12 +32,19 @@ struct StudioArguments {
   std::filesystem::path folder, text, grammar, lexicon, face;
   int port = 0;
   bool keep_video = false;
+  std::string language = "en";
 };
 
 /// Few sentences with as much as possible of what running English holds; or those of the user's file.
-std::vector<Prompt> studioPrompts(const StudioArguments& given, const Lexicon& lexicon) {
-  const Pronouncer pronouncer(&lexicon);
+std::vector<Prompt> studioPrompts(const StudioArguments& given, const StudioOptions& options) {
+  const Pronouncer pronouncer(&options.lexicon, *options.language);
+  const bool is_english = options.language == &english();
   const bool is_own = !given.text.empty() || !given.grammar.empty();
+  if (!is_english && !is_own) {
+    throw InputError(
+        "--language", "",
+        fmt::format("{} has no sentences here; expected some by --text or --grammar", options.language->name));
+  }
   std::vector<Prompt> prompts;
   for (const std::string& sentence :
        is_own ? sentencesOf(given.text.empty() ? given.grammar : given.text, given.text.empty())
@@ -46,7 +53,8 @@ std::vector<Prompt> studioPrompts(const StudioArguments& given, const Lexicon& l
   const PairShares shares = parsePairShares(kEnglishPairs, "english_pairs.csv");
   std::vector<Prompt> chosen;
   if (!is_own) chosen.push_back(promptOf(kLipSentence, pronouncer));
-  for (const std::size_t i : choosePrompts(prompts, given.count - chosen.size(), &shares).sentences)
+  for (const std::size_t i :
+       choosePrompts(prompts, given.count - chosen.size(), is_english ? &shares : nullptr).sentences)
     chosen.push_back(prompts[i]);
   return chosen;
 }
@@ -102,8 +110,9 @@ int runStudio(const StudioArguments& given) {
   const std::string page = readFile(findSharedFile("studio.html", "make it with `make build` in the checkout"));
   StudioOptions options;
   options.folder = given.folder;
-  options.lexicon = lexiconFrom(given.lexicon);
-  options.prompts = studioPrompts(given, options.lexicon);
+  options.language = &languageOf(given.language);
+  options.lexicon = lexiconFrom(given.lexicon, *options.language);
+  options.prompts = studioPrompts(given, options);
   options.models =
       findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
   options.face = given.face;
@@ -132,6 +141,7 @@ void addOptions(CLI::App& command, StudioArguments& options) {
       ->capture_default_str();
   command.add_flag("--keep-video", options.keep_video, "Keep the camera's recordings, too");
   addLexiconOption(command, options.lexicon);
+  addLanguageOption(command, options.language);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ StudioSession::StudioSession(StudioOptions options)
     : options_(std::move(options)),
       looking_(std::make_unique<FaceTracker>(options_.models)),
       tracking_(std::make_unique<FaceTracker>(options_.models)),
-      labeller_(std::make_unique<TakeLabeller>(options_.lexicon, sharedWordNetwork())),
+      labeller_(std::make_unique<TakeLabeller>(options_.lexicon, sharedWordNetwork(), *options_.language)),
       takes_(options_.prompts.size()) {
   options_.folder = fs::absolute(options_.folder).lexically_normal();
   for (const char* name : {"", "incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
@@ -263,12 +263,14 @@ void StudioSession::buildAndSay(const std::string& text, const std::string& voic
     enter("building the corpus");
     BuildOptions build;
     build.lexicon = options_.lexicon;
+    build.language = options_.language;
     const fs::path corpus = options_.folder / "own.corpus";
     buildCorpusFile(takes(), corpus, build);
     const fs::path line = options_.folder / "line";
     makePrivateFolder(line);
     std::vector<std::string> arguments{"--quiet",        "--corpus", corpus.string(),
                                        "--text=" + text, "--out",    line.string()};
+    if (options_.language != &english()) arguments.push_back(fmt::format("--language={}", options_.language->tag));
     if (!voice.empty()) arguments.push_back("--voice=" + voice);
     const fs::path face = faceFor(corpus);
     if (!face.empty()) arguments.insert(arguments.end(), {"--face", fs::absolute(face).string()});

@@ -24,6 +24,7 @@ struct StudioOptions {
       folder;  ///< holds all that is kept: incoming/, takes/, videos/, own.corpus, line/, head/, person.json
   std::vector<Prompt> prompts;  ///< to be said, the first of them for the lips to be measured in
   Lexicon lexicon;
+  const Language* language = &english();  ///< of the prompts and the lines
   std::filesystem::path models;  ///< the tracker's networks
   std::filesystem::path face;    ///< the head that speaks at the end; empty: the default one
   bool keep_video = false;       ///< in videos/

@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "audio/audio_clip.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
+#include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
@@ -266,6 +268,18 @@ TEST(CorpusProgram, AlignsATakeWithItsWords) {
   EXPECT_TRUE(holds(readAll(grid), "\"blue\""));
   expectOneLine(corpus({"align", wav, "--transcript", "!?", "--out", grid.string()}), "nothing to say");
   EXPECT_EQ(corpus({"align", wav, "--out", grid.string()}).exit_code, 2);
+}
+
+TEST(CorpusProgram, HearsTheLanguageThatIsAskedFor) {
+  const ScratchFolder scratch;
+  const std::string sound = (scratch.path() / "a.wav").string(), grid = (scratch.path() / "a.TextGrid").string();
+  writeWav(sound, makeVoice("espeak:de")->speak("schöne Bücher").audio);
+  const test::ProgramResult aligned =
+      corpus({"align", sound, "--language", "de", "--transcript", "schöne Bücher", "--out", grid});
+  ASSERT_EQ(aligned.exit_code, 0) << aligned.err;
+  EXPECT_TRUE(holds(readAll(grid), "\"øː\""));
+  expectOneLine(corpus({"studio", scratch.path().string(), "--language", "de"}),
+                "--language: German has no sentences here; expected some by --text or --grammar");
 }
 
 TEST(CorpusProgram, AnEmptyFolderIsNamed) {
