@@ -19,11 +19,13 @@ struct PromptsArguments {
   bool quiet = false;
   std::size_t count = 55;
   std::filesystem::path grammar, text, running, pairs, lexicon, curve;
+  std::string language = "en";
 };
 
 std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const PromptsArguments& given) {
-  const Lexicon lexicon = lexiconFrom(given.lexicon);
-  const Pronouncer pronouncer(&lexicon);
+  const Language& language = languageOf(given.language);
+  const Lexicon lexicon = lexiconFrom(given.lexicon, language);
+  const Pronouncer pronouncer(&lexicon, language);
   ProgressBar bar("reading", sentences.size(), given.quiet);
   std::vector<Prompt> prompts;
   for (const std::string& sentence : sentences) {
@@ -96,6 +98,7 @@ void addOptions(CLI::App& command, PromptsArguments& options) {
   command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)");
   command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
   addLexiconOption(command, options.lexicon);
+  addLanguageOption(command, options.language);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -278,6 +279,16 @@ TEST(CorpusProgram, HearsTheLanguageThatIsAskedFor) {
       corpus({"align", sound, "--language", "de", "--transcript", "schöne Bücher", "--out", grid});
   ASSERT_EQ(aligned.exit_code, 0) << aligned.err;
   EXPECT_TRUE(holds(readAll(grid), "\"øː\""));
+  const fs::path text = scratch.path() / "text.txt";
+  std::ofstream(text) << "schöne Bücher\nschöne Bücher\ngute Äpfel\n";
+  const std::string pairs = (scratch.path() / "pairs.csv").string();
+  const auto pairsIn = [&](const std::string& language) {
+    const test::ProgramResult chosen = corpus(
+        {"prompts", "--text", text.string(), "--running", text.string(), "--pairs", pairs, "--language", language});
+    EXPECT_EQ(chosen.exit_code, 0) << chosen.err;
+    return readAll(pairs);
+  };
+  EXPECT_NE(pairsIn("de"), pairsIn("en"));
   expectOneLine(corpus({"studio", scratch.path().string(), "--language", "de"}),
                 "--language: German has no sentences here; expected some by --text or --grammar");
 }
