@@ -89,6 +89,7 @@ class TimedRecogniser : public Recogniser {
   void addAligned(const Group& group, const std::vector<std::size_t>& owners, const ForcedAlignment& alignment,
                   Seconds offset);
   void putInOrder();
+  void warn(const SoundInParts& sound, HeardSpeech& heard) const;
   void addEvenly(const Group& group, const std::vector<std::size_t>& owners, const std::vector<TranscriptWord>& words);
 
   std::string name_;
@@ -236,6 +237,35 @@ void TimedRecogniser::putInOrder() {
   words_ = std::move(words);
 }
 
+/// What is odd about the times and their words.
+void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const {
+  if (!liesInSpeech(heard.labels, sound.toHear().all()))
+    heard.warnings.push_back(
+        fmt::format("hardly any speech is heard where {} has words: its times may be another sound's", name_));
+  // A subtitle may stay longer than what is said.
+  constexpr Seconds kMayOverhang = 0.25;
+  if (!times_.words.empty() && !times_.words_are_lines &&
+      times_.words.back().span.end > sound.duration() + kMayOverhang) {
+    const TimesFile::Word& word = times_.words.back();
+    heard.warnings.push_back(
+        fmt::format("'{}' ends at {:.2f} s by {}, after the sound, which lasts {:.2f} s: it is cut there",
+                    printable(word.text, 40), word.span.end, name_, sound.duration()));
+  }
+  if (const std::size_t left_out = times_.not_said.size(); left_out > 0) {
+    constexpr std::size_t kShown = 5, kMostBytes = 120;
+    const auto shown = std::span(times_.not_said).first(std::min(kShown, left_out));
+    heard.warnings.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
+                                         printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
+                                         left_out > kShown ? " ..." : ""));
+  }
+  std::string doubtful;
+  std::size_t count = 0;
+  for (const TimesFile::Word& word : times_.words) {
+    if (word.confidence < kUnsure && count++ < 12) doubtful += (doubtful.empty() ? "" : ", ") + word.text;
+  }
+  if (!doubtful.empty()) heard.warnings.push_back(fmt::format("{} is unsure of: {}", times_.kind, doubtful));
+}
+
 HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   const SoundInParts sound(std::move(audio));
   const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
@@ -280,31 +310,7 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   heard.labels = buildSpeechLabels(kept, words_, sound.duration(), language_);
   heard.confidence = confidenceOf(heard.labels, kept, sure);
   for (const LabelledWord& word : heard.labels.words) heard.text += (heard.text.empty() ? "" : " ") + word.text;
-  if (!liesInSpeech(heard.labels, sound.toHear().all()))
-    heard.warnings.push_back(
-        fmt::format("hardly any speech is heard where {} has words: its times may be another sound's", name_));
-  // A subtitle may stay longer than what is said.
-  constexpr Seconds kMayOverhang = 0.25;
-  if (!times_.words.empty() && !times_.words_are_lines &&
-      times_.words.back().span.end > sound.duration() + kMayOverhang) {
-    const TimesFile::Word& word = times_.words.back();
-    heard.warnings.push_back(
-        fmt::format("'{}' ends at {:.2f} s by {}, after the sound, which lasts {:.2f} s: it is cut there",
-                    printable(word.text, 40), word.span.end, name_, sound.duration()));
-  }
-  if (const std::size_t left_out = times_.not_said.size(); left_out > 0) {
-    constexpr std::size_t kShown = 5, kMostBytes = 120;
-    const auto shown = std::span(times_.not_said).first(std::min(kShown, left_out));
-    heard.warnings.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
-                                         printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
-                                         left_out > kShown ? " ..." : ""));
-  }
-  std::string doubtful;
-  std::size_t count = 0;
-  for (const TimesFile::Word& word : times_.words) {
-    if (word.confidence < kUnsure && count++ < 12) doubtful += (doubtful.empty() ? "" : ", ") + word.text;
-  }
-  if (!doubtful.empty()) heard.warnings.push_back(fmt::format("{} is unsure of: {}", times_.kind, doubtful));
+  warn(sound, heard);
   return heard;
 }
 
