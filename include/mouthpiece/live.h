@@ -82,8 +82,9 @@ class MOUTHPIECE_API LiveStream {
   /// (pushSoundOfWords()), or by how long they usually are.
   void push(std::string_view word, const TimeSpan& span);
   /// Sound beside words, from the stream's start on, in [-1, 1], LiveOptions::sample_rate_hz: of a word that is pushed
-  /// when its sound has come it tells when each phone is said. Nothing else is said than words; those whose sound lacks
-  /// are as without it. The last half a minute is kept. Throws InputError as push() does, and together with its sound.
+  /// when its sound has come it tells when each phone is said. Sound alone says nothing, and a word whose sound has
+  /// not come is said as without it. The last half a minute is kept. Throws InputError as push() does, and after sound
+  /// to be heard.
   void pushSoundOfWords(std::span<const float> samples);
   /// Nothing is said until then.
   void silence(Seconds until);

@@ -139,7 +139,8 @@ MOUTHPIECE_API int mouthpiece_live_push_phone(mouthpiece_live* live, const char*
                                               char* error, size_t error_size);
 MOUTHPIECE_API int mouthpiece_live_push_word(mouthpiece_live* live, const char* word, double start_s, double end_s,
                                              char* error, size_t error_size);
-/* Sound beside words, from the stream's start on: it tells when each phone of a word that is pushed later is said. */
+/* `count` samples of sound beside words, from the stream's start on, in [-1, 1] at the stream's rate: they tell when
+   each phone of a word that is pushed later is said. */
 MOUTHPIECE_API int mouthpiece_live_push_sound_of_words(mouthpiece_live* live, const float* samples, size_t count,
                                                        char* error, size_t error_size);
 MOUTHPIECE_API int mouthpiece_live_silence(mouthpiece_live* live, double until_s, char* error, size_t error_size);

@@ -13,9 +13,9 @@ struct Language;
 struct PhoneSegment;
 struct TranscriptWord;
 
-/// The last minute of a sound whose words and their times are told: when each phone of a word is said. A word is
-/// aligned with those of the seconds before it, as in a file: alone it has too little sound to tell how the room
-/// sounds.
+/// The last half a minute to a minute of a sound whose words and their times are told: when each phone of a word is
+/// said. A word is aligned with those of the seconds before it, as in a file: alone it has too little sound to tell how
+/// the room sounds.
 class ToldWords {
  public:
   ToldWords(int sample_rate_hz, const Language& language);
