@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include "tests/unit/deform/kept_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -118,6 +119,17 @@ TEST(Gums, GumsWithoutATongueHaveNone) {
   for (const GumPiece piece : splitGums(mouth.mesh, mouth.gums, mouth.upper_teeth, mouth.lower_teeth))
     EXPECT_NE(piece, GumPiece::kTongue);
   EXPECT_TRUE(splitGums(mouth.mesh, {}, mouth.upper_teeth, mouth.lower_teeth).empty());
+}
+
+TEST(Gums, AreSplitAsWasKept) {
+  test::KeptNumbers kept("gums");
+  Mouth mouth = mouthWith(false);
+  for (const float slant : {-0.25F, 0.1F, 0.3F}) {
+    FaceMesh slanted = mouth.mesh;
+    slanted.vertices.col(1) += slant * mouth.mesh.vertices.col(2) + 0.1F * mouth.mesh.vertices.col(0);
+    for (const GumPiece piece : splitGums(slanted, mouth.gums, mouth.upper_teeth, mouth.lower_teeth))
+      kept.add(static_cast<int>(piece));
+  }
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/binding.h"
+#include "tests/unit/deform/kept_numbers.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -480,6 +481,37 @@ TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
   EXPECT_LT(waysFor({0, 0, 0}, true).cwiseAbs().maxCoeff(), 0.4F);
   const Eigen::VectorXf here = waysFor({0, 0, 0}, false), there = waysFor({20, 120, -40}, false);
   EXPECT_LT((here - there).cwiseAbs().maxCoeff(), 0.02F);
+}
+
+/// Lips pushed into each other, into the teeth, or apart by a little, all of it slanted and uneven.
+TEST_F(Guards, DoAsWasKept) {
+  test::KeptNumbers kept("guarded lips");
+  for (const bool pressed : {false, true}) {
+    for (const PartKind row : {PartKind::kUpperTeeth, PartKind::kLowerTeeth}) {
+      const bool upper = row == PartKind::kUpperTeeth;
+      const FaceMesh mesh = withTeeth(row, upper ? -1.5F : -8, upper ? 8 : 0.7F, -4.6F);
+      FaceBinding binding = bindFace(mesh, sampleControl());
+      for (std::size_t c = 0; pressed && c < kLipColumns; ++c) binding.pressed.push_back(0.01F * asFloat(asReal(c)));
+      const LipGuard guard(mesh, mesh.vertices, sampleControl(), binding);
+      const AddedMotion jaw{0.02 * Eigen::Matrix3d::Identity(), {0.2, -1, 0.1}};
+      for (const float mm : {-2.2F, -0.7F, 0.5F, 1.6F}) {
+        VertexPositions pose = mesh.vertices;
+        for (std::size_t v = 0; v < lips().side.size(); ++v) {
+          const auto i = signedIndex(v);
+          if (lips().side[v] != 1 || std::abs(heightOverSlit(i)) > 12) continue;
+          pose(i, 1) += mm * (1 + 0.02F * pose(i, 0));
+          pose(i, 2) -= 1.1F + 0.03F * pose(i, 0);
+        }
+        VertexPositions now = pose;
+        const double apart = std::max(0.0F, mm);
+        const std::vector<LipGap> gaps = allPairs({.opened = 0.3, .least = 0.1, .tuck = upper ? 0 : 0.4});
+        guard.separate(pointsApart(apart), gaps, jaw, now.data());
+        guard.leaveTeeth(jaw, now.data());
+        guard.meet(pointsApart(apart), gaps, now.data());
+        kept.add(now - pose);
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "deform/mesh/head_topology.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
+#include "tests/unit/deform/kept_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -193,6 +194,30 @@ TEST_F(LevelLips, AddUpWithinBounds) {
   const Eigen::VectorXf between = ways(levelled({open, lifted(true, 0.1F)}, binding_));
   EXPECT_LT(between.cwiseAbs().maxCoeff(), 0.8F * once.cwiseAbs().maxCoeff());
   EXPECT_GT(between.cwiseAbs().maxCoeff(), 0.3F * once.cwiseAbs().maxCoeff());
+}
+
+TEST_F(JaggedLips, AreLevelledAsWasKept) {
+  test::KeptNumbers kept("jagged lips");
+  FaceBinding binding = bindFace(face_.mesh, sampleControl());
+  const LipLevelling levelling(face_.mesh, sampleControl(), binding);
+  VertexPositions apart = face_.mesh.vertices;
+  for (Eigen::Index v = 0; v < apart.rows(); ++v) {
+    if (unsignedIndex(v) < face_.skin_vertices && face_.is_above_slit[unsignedIndex(v)])
+      apart(v, 1) += 0.4F + 0.02F * apart(v, 0);
+  }
+  levelling.level(std::vector{face_.mesh.vertices, apart}, binding);
+  ASSERT_FALSE(binding.levelled.vertices.empty());
+  kept.add(binding.levelled.vertices).add(binding.levelled.ways);
+}
+
+TEST_F(LevelLips, AreLevelledAsWasKept) {
+  test::KeptNumbers kept("level lips");
+  for (const float mm : {-0.6F, 0.9F, 3.0F}) {
+    VertexPositions open = lifted(true, mm);
+    for (Eigen::Index v = 0; v < open.rows(); ++v) open(v, 1) += 0.01F * open(v, 0);
+    const FaceBinding now = levelled({open, lifted(false, -0.5F * mm)}, binding_);
+    kept.add(now.levelled.vertices).add(now.levelled.ways);
+  }
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "base/errors.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/mesh/lip_cut.h"
+#include "tests/unit/deform/kept_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -372,6 +373,55 @@ TEST(LipLine, NothingIsFoundWhereNoSkinIs) {
   EXPECT_FALSE(traceLipLine(mesh.vertices, mesh.triangles, elsewhere));
   const MouthHints in_one_place{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   EXPECT_FALSE(traceLipLine(mesh.vertices, mesh.triangles, in_one_place));
+}
+
+TEST(LipLine, RunsWhereItWasKept) {
+  for (const Make make : {Make::kBag, Make::kHole, Make::kWalls}) {
+    for (const double open : {0.0, 3.0}) {
+      test::KeptNumbers kept("lip line " + std::to_string(static_cast<int>(make)) + (open > 0 ? " open" : " shut"));
+      for (const double step : {2.0, 4.0}) {
+        const MouthSheet mouth{make, open, 1.3, step};
+        const FaceMesh mesh = mouth.mesh();
+        const MouthHints hints{{-26.1, 2.4, 16}, {25.7, 0.3, 16}, {0.8, 8.6 + 0.5 * open, 20}, {-0.6, -7.1, 20}};
+        const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+        ASSERT_TRUE(line);
+        kept.add(line->upper).add(line->lower).add(line->corner_right).add(line->corner_left);
+        kept.add(asReal(line->upper_skin.size())).add(asReal(line->lower_skin.size()));
+        kept.add(asReal(line->inside.size()));
+        for (double x = -30; x <= 30; x += 3.7) kept.add(line->at({x, 2, 15}).upper).add(line->at({x, 2, 15}).lower);
+      }
+    }
+  }
+}
+
+TEST(MouthBag, IsTheOneThatWasKept) {
+  test::KeptNumbers kept("mouth bag");
+  for (const double open : {1.0, 5.0}) {
+    const MouthSheet mouth{Make::kHole, open, -0.8, 2};
+    const FaceMesh mesh = mouth.mesh();
+    const MouthHints hints{
+        {-26.1, 0.4, 16}, {25.7, -1.3, 16}, {0.8, 8.6 + 0.5 * open, 20}, {-0.6, -7.1 - 0.5 * open, 20}};
+    const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+    ASSERT_TRUE(line);
+    const GrownMesh grown = withMouthBag(mesh, *line);
+    ASSERT_FALSE(grown.parents.empty());
+    kept.add(grown.mesh.vertices).add(grown.parents);
+    for (const Triangle& t : trianglesOf(grown.mesh, grown.mesh.parts.back())) kept.add(t[0]).add(t[1]).add(t[2]);
+  }
+}
+
+TEST(LipCut, GoesWhereItWasKept) {
+  test::KeptNumbers kept("lip cut");
+  for (const double smile : {-2.0, 1.1}) {
+    const MouthSheet mouth{Make::kWelded, 0, smile, 2};
+    const FaceMesh mesh = mouth.mesh();
+    const MouthHints hints{{-26.1, 0.4 + smile, 16}, {25.7, smile - 1.3, 16}, {0.8, 8.6, 20}, {-0.6, -7.1, 20}};
+    const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+    ASSERT_TRUE(line);
+    const GrownMesh grown = cutLips(mesh, *line);
+    kept.add(grown.mesh.vertices).add(grown.parents);
+    for (const Triangle& t : grown.mesh.triangles) kept.add(t[0]).add(t[1]).add(t[2]);
+  }
 }
 
 }  // namespace

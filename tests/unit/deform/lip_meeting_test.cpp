@@ -14,6 +14,7 @@
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
+#include "tests/unit/deform/kept_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -227,6 +228,35 @@ TEST_F(ThickLips, AreLevelledByWhatLiesOverEachOther) {
   };
   EXPECT_GT(ledApart(-0.5F, 0.5F), 0.5) << "a millimetre in each other behind rims that touch";
   EXPECT_LT(ledApart(2, 1), 0.2) << "a lower lip that rises behind the upper one is not in it";
+}
+
+/// Lips that are bent and trembling, apart here and crossed there, wanted shut in some columns.
+TEST_F(ThickLips, MeetAsWasKept) {
+  test::KeptNumbers kept("lips that meet");
+  std::mt19937 random(4);
+  for (const double middle : {-1.5, 0.4, 2.5}) {
+    VertexPositions pose = face_.mesh.vertices;
+    const auto slit = sampleControl().rest(lipPairs(sampleControl()).front().upper_rim, 1);
+    for (std::uint32_t v = 0; v < face_.skin_vertices; ++v) {
+      const double x = double{pose(v, 0)} / 22, y = double{pose(v, 1)} - slit;
+      if (!face_.is_above_slit[v] || std::abs(x) > 1 || y > 14) continue;
+      const double up =
+          (middle + 0.6 * x + 0.5 * std::sin(9 * x)) * (1 - x * x) + test::numberBetween(-0.1, 0.1, random);
+      pose(v, 1) += asFloat(up);
+      pose(v, 2) += asFloat(0.4 * x);
+      if (const auto back = back_of_.find(v); back != back_of_.end()) pose(back->second, 1) += asFloat(0.8 * up);
+    }
+    LipMeeting::Wanted wanted{};
+    for (std::size_t c = 0; c < kLipColumns; ++c) {
+      wanted.may_shut[c] = asFloat(0.5 + 0.5 * std::sin(asReal(c)));
+      wanted.apart[c] = asFloat(0.02 * asReal(c % 7));
+    }
+    for (const double near : {0.0, 0.6, 1.0}) {
+      VertexPositions now = pose;
+      meeting().meet(wanted, near, now.data());
+      kept.add(now - pose);
+    }
+  }
 }
 
 }  // namespace
