@@ -106,8 +106,8 @@ TEST_F(KeptFace, SurfaceAndItsFeet) {
   }
   const SurfaceProjector projector(surface, made().control, triangleSides(made().control));
   for (int i = 0; i < 300; ++i) {
-    const Eigen::Vector3d from(numberBetween(-60, 60, random), numberBetween(-90, 80, random),
-                               numberBetween(40, 85, random));
+    const double across = numberBetween(-60, 60, random), up = numberBetween(-90, 80, random);
+    const Eigen::Vector3d from(across, up, numberBetween(40, 85, random));
     const auto foot = projector.closest(from, {0.2, 0.1, 1}, 0.3, i % 2 == 0 ? kUpperLip : kLowerLip);
     if (foot) feet.add(evaluate(surface.restPose(), foot->place).position).add(foot->distance).add(foot->at_border);
   }
