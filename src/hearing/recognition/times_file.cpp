@@ -101,8 +101,12 @@ void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text
   span.end = std::max(span.end, span.start);
 }
 
-/// A sign that does not close stays, but a line's notes: they last to its end.
+/// A sign that does not close stays, but a line's notes: they last to its end. "# la la #" is sung, "#1" is said.
 std::string TimesBuilder::saidOf(std::string_view text) {
+  if (times_.words_are_lines && text.starts_with("# ")) {
+    addNotSaid(text);
+    return {};
+  }
   std::string said;
   std::array<bool, kNotSaid.size()> closes;
   closes.fill(true);

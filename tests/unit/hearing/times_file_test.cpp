@@ -213,7 +213,8 @@ TEST_P(SubtitlesOfSounds, SayWhatIsSpoken) {
 INSTANTIATE_TEST_SUITE_P(
     Cues, SubtitlesOfSounds,
     testing::Values(Cue{"(laughs)", "", "(laughs)"}, Cue{"[music]", "", "[music]"}, Cue{"♪ la la ♪", "", "♪ la la ♪"},
-                    Cue{"♪ la la", "", "♪ la la"}, Cue{"♪ la ♪ so it was ♪ la", "so it was", "♪ la ♪|♪ la"},
+                    Cue{"♪ la la", "", "♪ la la"}, Cue{"# la la #", "", "# la la #"}, Cue{"# la\nla", "", "# la la"},
+                    Cue{"#1 in Ohio", "#1 in Ohio", ""}, Cue{"♪ la ♪ so it was ♪ la", "so it was", "♪ la ♪|♪ la"},
                     Cue{"♫ la\nla ♫", "", "♫ la la ♫"}, Cue{"Yes (laughs) no", "Yes  no", "(laughs)"},
                     Cue{"(a door\nslams) Who is it?", "Who is it?", "(a door slams)"},
                     Cue{"JOHN: Hello", "Hello", "JOHN:"}, Cue{"- JOHN: Hello\n- MARY: Hi", "Hello Hi", "JOHN:|MARY:"},
