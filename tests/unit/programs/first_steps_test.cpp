@@ -400,6 +400,17 @@ TEST_F(FirstSteps, TakesWithoutMotionAreNamed) {
   EXPECT_TRUE(holds(built.err, "one") && holds(built.err, "no motion (expected one.c3d, .trc or .csv)")) << built.err;
 }
 
+/// eSpeak's library would look for a sound server, which keeps a folder at the user's home and one for what passes.
+TEST_F(FirstSteps, AVoiceLeavesNothingAtHome) {
+  const ProgramResult said =
+      runProgram("/bin/sh",
+                 {"-c", R"(mkdir home tmp && HOME=$PWD/home TMPDIR=$PWD/tmp ")" MOUTHPIECE_BIN_DIR
+                        R"(/synth" --language de --text "Hallo" -o hallo.wav -q && find home tmp)"},
+                 folder_.path());
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_EQ(said.out, "home\ntmp\n");
+}
+
 TEST(FirstStart, LoadsNoLibraryThatOnlyAVoiceNeeds) {
   // What the dynamic linker says that it would load. A sound server's libraries took half of a start.
   for (const char* program : {"synth", "corpus", "retarget"}) {
