@@ -1,4 +1,5 @@
 // The words around the view: what is said, the facts, the takes, the word being spoken.
+import { nameOf } from './takes.js';
 
 function element(name, className, text = '') {
   const made = document.createElement(name);
@@ -50,7 +51,7 @@ export function showLegend(takes) {
     const item = element('li', 'take');
     const swatch = element('i', 'swatch');
     swatch.style.background = color;
-    item.append(swatch, element('span', 'take-name', take), element('span', 'take-share', `${counted(units, 'unit')}, ${seconds.toFixed(2)} s`));
+    item.append(swatch, element('span', 'take-name', nameOf(take)), element('span', 'take-share', `${counted(units, 'unit')}, ${seconds.toFixed(2)} s`));
     return item;
   });
   document.getElementById('legend').replaceChildren(...items);

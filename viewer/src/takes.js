@@ -4,6 +4,9 @@
 const HUE_STEP_DEG = 137.508;
 const FIRST_HUE_DEG = 205;
 
+/** What a unit was taken from; no take: curves are drawn. */
+export const nameOf = (take) => take || 'curves';
+
 export class Takes {
   constructor(report) {
     this.report = report;

@@ -1,5 +1,6 @@
 // Words, phones coloured by take, joins, curves and the playhead; a click or a drag goes there.
 import { drawCurves, loudestOf } from './curves.js';
+import { nameOf } from './takes.js';
 
 const USUAL_PIXELS_PER_SECOND = 110;
 const MOST_PIXELS_PER_SECOND = 2400;
@@ -212,7 +213,7 @@ export class Timeline extends EventTarget {
       const line = element('span', 'unit');
       const swatch = element('i', 'swatch');
       swatch.style.background = this.takes.colorOf(unit.take);
-      line.append(swatch, `${unit.take}, ${unit.backoff ? 'back-off' : unit.scale}, cost ${unit.cost.toFixed(2)}`);
+      line.append(swatch, `${nameOf(unit.take)}, ${unit.backoff ? 'back-off' : unit.scale}, cost ${unit.cost.toFixed(2)}`);
       return line;
     });
     return [head, ...units];
@@ -243,14 +244,14 @@ export class Timeline extends EventTarget {
   /** A phone as a screen reader says it. */
   #spokenOf(index) {
     const phone = this.data.report.phones[index];
-    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take}${unit.backoff ? ', back-off' : ''}`);
+    const takes = this.takes.unitsOf(index).map((unit) => `${nameOf(unit.take)}${unit.backoff ? ', back-off' : ''}`);
     return `${phone.phone === 'sil' ? 'silence' : phone.phone}${phone.word ? ` in ${phone.word}` : ''}, ${seconds(phone.start_s)} to ${seconds(phone.end_s)}${takes.length ? `, from ${takes.join(' and ')}` : ''}`;
   }
 
   #describe(index) {
     if (index < 0) return this.now.replaceChildren();
     const phone = this.data.report.phones[index];
-    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take} (${unit.backoff ? 'back-off' : unit.scale})`);
+    const takes = this.takes.unitsOf(index).map((unit) => `${nameOf(unit.take)} (${unit.backoff ? 'back-off' : unit.scale})`);
     this.now.replaceChildren(
       element('b', '', phone.phone === 'sil' ? 'silence' : phone.phone),
       phone.word ? ` in “${phone.word}”, ` : ' ',

@@ -4,6 +4,7 @@ import { LineEdits, toldOf } from './line_edits.js';
 import { isShownAtOnce, Preview } from './preview.js';
 import { Served } from './served.js';
 import { drawSpectrogram } from './spectrogram.js';
+import { nameOf } from '../takes.js';
 import { Tracks } from './tracks.js';
 
 const SPECTRUM_HEIGHT = 48;
@@ -304,7 +305,7 @@ export class Editor {
     const unit = report.units[number];
     const names = (first, last) => report.phones.slice(first, last + 1).map((one) => one.phone);
     const told = document.createElement('span');
-    told.textContent = `${names(unit.first, unit.last).join(' ')} from ${unit.take || 'curves'}`;
+    told.textContent = `${names(unit.first, unit.last).join(' ')} from ${nameOf(unit.take)}`;
     const actions = [];
     if (unit.take && this.served.isThere) actions.push(button('See and hear the source', () => this.served.showSource(number, unit.source_start_s)));
     const offers = (editing?.offers?.[number] ?? []).filter(({ first, last }) => first <= phone && phone <= last);
