@@ -314,8 +314,8 @@ int caught(int argc, const char* const* argv, int (*run)(int argc, const char* c
   if (argc > 0) program_name = nameOf(argv[0]);
   std::set_terminate(endUncaught);
   std::atexit(endIfALibraryExits);
-  // Nothing is played here: libraries of voices shall not begin with a sound server, which keeps folders of its own.
-  ::setenv("PULSE_RUNTIME_PATH", "/dev/null", 1);
+  // Nothing is played here: libraries of voices shall not look for a sound server, which keeps folders of its own.
+  ::setenv("PULSE_SERVER", "unix:/dev/null", 1);
   int code = kExitBadInput;
   try {
     code = run(argc, argv);

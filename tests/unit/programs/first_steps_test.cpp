@@ -407,7 +407,8 @@ TEST_F(FirstSteps, AVoiceLeavesNothingAtHome) {
                  {"-c", R"(mkdir home tmp && HOME=$PWD/home TMPDIR=$PWD/tmp ")" MOUTHPIECE_BIN_DIR
                         R"(/synth" --language de --text "Hallo" -o hallo.wav -q && find home tmp)"},
                  folder_.path());
-  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_EQ(said.exit_code, 0);
+  EXPECT_EQ(said.err, "");
   EXPECT_EQ(said.out, "home\ntmp\n");
 }
 
