@@ -155,8 +155,12 @@ class ListReader {
       list_.notices.emplace_back("is no UTF-8; it was read as Windows-1252: look at the first accented letters");
     if (table.rows.empty()) refuseEmpty();
     columns_ = columnsOf(table.rows.front(), path_.string());
-    for (const std::size_t column : columns_.others)
+    for (const std::size_t column : columns_.others) {
       list_.other_columns.push_back(std::string(trimmed(table.rows.front().cells[column])));
+      if (isWordOf("voice corpus face rate lexicon", plainColumnName(list_.other_columns.back())))
+        list_.notices.push_back(fmt::format("keeps its column '{}' and does not obey it: --cast tells who speaks how",
+                                            printable(list_.other_columns.back())));
+    }
     keepWantedLanguages();
     for (std::size_t i = columns_.has_header ? 1 : 0; i < table.rows.size(); ++i) readRow(table.rows[i]);
     if (empty_cells_ > 0)

@@ -61,6 +61,10 @@ TEST_F(ReadingBatchList, FindsColumnsByTheirNames) {
   EXPECT_EQ(list.lines[0].line.text, "hello");
   EXPECT_EQ(list.other_columns, (std::vector<std::string>{"Emotion", "level"}));
   EXPECT_EQ(list.lines[0].others, (std::vector<std::string>{"angry", "3"}));
+  const BatchList with_voice = read("id,text,Voice\na,hello,flite:rms\n");
+  EXPECT_EQ(with_voice.other_columns, std::vector<std::string>{"Voice"});
+  EXPECT_EQ(with_voice.notices,
+            std::vector<std::string>{"keeps its column 'Voice' and does not obey it: --cast tells who speaks how"});
   EXPECT_EQ(read("text\nhello\n").lines.at(0).id, "00002") << "without ids the rows' numbers";
   EXPECT_EQ(read("id,line,text\na,17,hello\n").lines.at(0).line.text, "hello") << "the usual name goes before";
 }
