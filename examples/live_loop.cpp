@@ -15,8 +15,7 @@ int main(int argc, char** argv) {
     mouthpiece::Speaker speaker(options);
     // In place of a microphone.
     const mouthpiece::Sound sound = speaker.perform(argc > 1 ? argv[1] : "the time is now").sound();
-    mouthpiece::LiveStream stream =
-        speaker.live({.look_ahead = 0.2, .sample_rate_hz = sound.sample_rate_hz});
+    mouthpiece::LiveStream stream = speaker.live({.look_ahead = 0.2, .sample_rate_hz = sound.sample_rate_hz});
 
     std::thread microphone([&] {
       const auto begun = steady_clock::now();

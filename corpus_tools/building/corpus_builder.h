@@ -20,9 +20,9 @@ struct BuildOptions {
   MarkerLayout layout = defaultLayout();
   Lexicon lexicon;
   const Language* language = &english();  ///< of what is said, and of the labels
-  MarkerNameMap marker_names;  ///< of the files, where they are not the layout's
-  std::size_t jobs = 0;        ///< takes at once; 0: one per core. The result does not depend on it
-  bool strict = false;         ///< the first take that cannot be used stops the build
+  MarkerNameMap marker_names;             ///< of the files, where they are not the layout's
+  std::size_t jobs = 0;                   ///< takes at once; 0: one per core. The result does not depend on it
+  bool strict = false;                    ///< the first take that cannot be used stops the build
   CleaningOptions cleaning;
   /// Asked about words that are in doubt; they are told, the labels stay.
   std::shared_ptr<WordNetwork> word_network = {};

@@ -24,8 +24,9 @@ struct ActorClosures {
   double contact_mm = -0.8;     ///< lips pressed together come no closer than this
 };
 
-/// A speaker's way of moving, learnt from a capture (docs/theory/corpus_tools/actor_model.md). Components are numbered in the order
-/// of their share of the motion; one unit is the standard deviation of that component in the captured speech.
+/// A speaker's way of moving, learnt from a capture (docs/theory/corpus_tools/actor_model.md). Components are numbered
+/// in the order of their share of the motion; one unit is the standard deviation of that component in the captured
+/// speech.
 struct ActorModel {
   std::string credit;  ///< whose face it was; must travel with the numbers
   std::vector<std::string> marker_names;

@@ -20,9 +20,7 @@ class SampleRandom {
     const double radius = std::sqrt(-2 * std::log(1 - uniform()));
     return radius * std::cos(2 * std::numbers::pi * uniform());
   }
-  [[nodiscard]] std::size_t index(std::size_t count) {
-    return static_cast<std::size_t>(uniform() * asReal(count));
-  }
+  [[nodiscard]] std::size_t index(std::size_t count) { return static_cast<std::size_t>(uniform() * asReal(count)); }
   /// Time to the next event of a Poisson process.
   [[nodiscard]] double waiting(double mean) { return -mean * std::log(1 - uniform()); }
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {

@@ -4,8 +4,8 @@
 
 #include "corpus_tools/takes/head_tracking.h"
 #include "corpus_tools/takes/take_report.h"
-#include "motion/marker_layout.h"
 #include "motion/cleaning/repairs.h"
+#include "motion/marker_layout.h"
 
 namespace mouthpiece {
 

@@ -111,8 +111,7 @@ std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
 /// Weights of the frames [first, first + size) in the smoothed pose of `frame`: a straight line fitted with Gaussian
 /// weights. In the middle of a take that is the Gaussian mean; at its ends a mean would pull the head back.
 Eigen::VectorXd smoothingWeights(std::ptrdiff_t frame, std::ptrdiff_t first, std::ptrdiff_t size, double sigma_frames) {
-  const Eigen::ArrayXd away = Eigen::ArrayXd::LinSpaced(size, asReal(first - frame),
-                                                        asReal(first + size - 1 - frame));
+  const Eigen::ArrayXd away = Eigen::ArrayXd::LinSpaced(size, asReal(first - frame), asReal(first + size - 1 - frame));
   const Eigen::ArrayXd gauss = (-0.5 * (away / sigma_frames).square()).exp();
   const double s0 = gauss.sum(), s1 = (gauss * away).sum(), s2 = (gauss * away.square()).sum();
   return (gauss * (s2 - s1 * away) / (s0 * s2 - s1 * s1)).matrix();

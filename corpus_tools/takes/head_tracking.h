@@ -4,9 +4,9 @@
 
 #include "base/time.h"
 #include "corpus_tools/takes/take_files.h"
+#include "motion/cleaning/rigid.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "motion/cleaning/rigid.h"
 
 namespace mouthpiece {
 

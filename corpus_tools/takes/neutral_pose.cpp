@@ -78,15 +78,13 @@ std::vector<FramePlace> closedFrames(const std::vector<TakeFrames>& takes, const
 MarkerPositions medianPose(const std::vector<FramePlace>& places, std::size_t markers, const MotionLoader& load) {
   const std::size_t every = places.size() / kMostFrames + 1;
   // As exact as the database keeps positions.
-  Eigen::MatrixXf rows(signedIndex((places.size() + every - 1) / every),
-                       signedIndex(3 * markers));
+  Eigen::MatrixXf rows(signedIndex((places.size() + every - 1) / every), signedIndex(3 * markers));
   MotionClip motion;
   std::optional<std::size_t> loaded;
   for (std::size_t i = 0; i < places.size(); i += every) {
     if (loaded != places[i].take) motion = load(places[i].take);
     loaded = places[i].take;
-    rows.row(signedIndex(i / every)) =
-        motion.positions_mm.row(signedIndex(places[i].frame)).cast<float>();
+    rows.row(signedIndex(i / every)) = motion.positions_mm.row(signedIndex(places[i].frame)).cast<float>();
   }
   MarkerPositions pose = MarkerPositions::Constant(signedIndex(markers), 3, std::nan(""));
   for (Eigen::Index column = 0; column < rows.cols(); ++column) {
@@ -103,8 +101,7 @@ void expectComplete(const MarkerPositions& pose, const MarkerLayout& layout) {
   for (Eigen::Index marker = 0; marker < pose.rows(); ++marker) {
     if (pose.row(marker).allFinite()) continue;
     throw InputError(fmt::format("marker {} is seen in no take; expected all {} markers of layout {}",
-                                 layout.markers[unsignedIndex(marker)].name, layout.markers.size(),
-                                 layout.name));
+                                 layout.markers[unsignedIndex(marker)].name, layout.markers.size(), layout.name));
   }
 }
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "motion/motion_clip.h"
 #include "motion/cleaning/rigid.h"
+#include "motion/motion_clip.h"
 
 namespace mouthpiece {
 

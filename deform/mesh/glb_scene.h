@@ -55,8 +55,8 @@ struct GlbPicture {
   std::string mime;   ///< "image/png", "image/jpeg", "image/webp", or "image/ktx2", which no browser shows
   std::string bytes;  ///< empty for KTX2
 };
-/// Base colour pictures by the number of the material; those kept outside the file, or in formats unknown here, are left
-/// out. Throws InputError likewise.
+/// Base colour pictures by the number of the material; those kept outside the file, or in formats unknown here, are
+/// left out. Throws InputError likewise.
 std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file);
 
 /// What some scalar accessors of a GLB hold, as numbers. Throws InputError likewise.

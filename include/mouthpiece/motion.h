@@ -33,9 +33,9 @@ inline constexpr std::size_t kArkitShapes = 52;
 struct Frame {
   std::size_t index = 0;
   Seconds time = 0;
-  std::span<const double> markers_mm;          ///< x y z of each marker, as Motion has them
-  std::array<float, kArkitShapes> arkit{};     ///< weights of ARKit's shapes, 0 to 1, in the order of arkitName()
-  std::span<const float> vertices;             ///< x y z of each vertex of the face, its mesh's unit; empty: no face
+  std::span<const double> markers_mm;       ///< x y z of each marker, as Motion has them
+  std::array<float, kArkitShapes> arkit{};  ///< weights of ARKit's shapes, 0 to 1, in the order of arkitName()
+  std::span<const float> vertices;          ///< x y z of each vertex of the face, its mesh's unit; empty: no face
 };
 
 }  // namespace mouthpiece

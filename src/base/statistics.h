@@ -11,8 +11,7 @@ namespace mouthpiece {
 double median(std::vector<double> values, double if_none = std::numeric_limits<double>::quiet_NaN());
 
 /// The value that lies `share` (0 to 1) of the way through the sorted values, or else the one before that place.
-double quantile(std::vector<double> values, double share,
-                double if_none = std::numeric_limits<double>::quiet_NaN());
+double quantile(std::vector<double> values, double share, double if_none = std::numeric_limits<double>::quiet_NaN());
 
 /// The same on a straight line between the two values beside that place, as numpy.quantile has it.
 double interpolatedQuantile(std::vector<double> values, double share,

@@ -95,8 +95,8 @@ class LiveLinkReader {
     splitFields(line, ',', cells_);
     Row row{.time = readTimeCode(trimmed(cells_[0])), .line = lines_.lineNumber()};
     // Without a face the app writes the time code and a count of 0.
-    row.has_face = std::any_of(cells_.begin() + signedIndex(std::min<std::size_t>(2, cells_.size())),
-                               cells_.end(), [](std::string_view cell) { return !trimmed(cell).empty(); });
+    row.has_face = std::any_of(cells_.begin() + signedIndex(std::min<std::size_t>(2, cells_.size())), cells_.end(),
+                               [](std::string_view cell) { return !trimmed(cell).empty(); });
     if (!row.has_face) return row;
     if (cells_.size() != shape_of_column_.size()) {
       failHere(fmt::format("found {} cells; expected {} as in the header", cells_.size(), shape_of_column_.size()));
@@ -148,8 +148,8 @@ class LiveLinkReader {
     double day = 0;
     for (const Row& row : rows_) {
       if (row.time.frames >= frames_a_second) {
-        fail(fmt::format("{}", row.line), fmt::format("found frame {:g} of a second; expected under {:g}",
-                                                      row.time.frames, frames_a_second));
+        fail(fmt::format("{}", row.line),
+             fmt::format("found frame {:g} of a second; expected under {:g}", row.time.frames, frames_a_second));
       }
       double time = frames_a_second * (day + row.time.seconds) + row.time.frames;
       if (!times.empty() && time < times.back() - frames_a_second * kSecondsOfDay / 2) {

@@ -91,11 +91,10 @@ void send(httplib::Response& response, LocalReply reply) {
   if (reply.status != 200 || reply.body.empty()) return response.set_content(reply.body, reply.type);
   // The library packs what is given whole, as tightly as can be: seconds for a page that goes nowhere but next door.
   const std::size_t length = reply.body.size();
-  response.set_content_provider(length, reply.type,
-                                [body = std::move(reply.body)](std::size_t from, std::size_t count,
-                                                               httplib::DataSink& sink) {
-                                  return sink.write(body.data() + from, count);
-                                });
+  response.set_content_provider(
+      length, reply.type, [body = std::move(reply.body)](std::size_t from, std::size_t count, httplib::DataSink& sink) {
+        return sink.write(body.data() + from, count);
+      });
 }
 
 LocalReply answered(const LocalServer::Handler& handler, const LocalRequest& request) {

@@ -34,8 +34,8 @@ LipGauge::LipGauge(const std::vector<std::string>& marker_names) {
 
 LipGauge LipGauge::whole(const MarkerLayout& layout) {
   const LipGauge gauge(layout);
-  for (const MarkerRole role : {MarkerRole::kUpperLip, MarkerRole::kLowerLip, MarkerRole::kRightLipCorner,
-                                MarkerRole::kLeftLipCorner}) {
+  for (const MarkerRole role :
+       {MarkerRole::kUpperLip, MarkerRole::kLowerLip, MarkerRole::kRightLipCorner, MarkerRole::kLeftLipCorner}) {
     if (gauge.has(role)) continue;
     throw InputError(fmt::format("found no marker of role \"{}\" in layout {}; expected one, as {} is by its name",
                                  wordOf(role), printable(layout.name), usualName(role)));

@@ -37,8 +37,7 @@ MotionClip selectMarkers(const MotionClip& clip, const std::vector<std::string>&
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto marker = clip.findMarker(names[i]);
     if (!marker) continue;
-    selected.positions_mm.middleCols<3>(signedIndex(3 * i)) =
-        clip.positions_mm.middleCols<3>(3 * marker->row());
+    selected.positions_mm.middleCols<3>(signedIndex(3 * i)) = clip.positions_mm.middleCols<3>(3 * marker->row());
   }
   return selected;
 }

@@ -82,8 +82,7 @@ void resampleGroup(const Eigen::Ref<const PositionMatrix>& positions, std::span<
     const PositionMatrix resampled = resampler.apply(values);
     const Eigen::Index first_query = own.data() - queries.data();
     for (std::size_t m = 0; m < markers.size(); ++m) {
-      result.block(first_query, 3 * markers[m], resampled.rows(), 3) =
-          resampled.middleCols<3>(signedIndex(3 * m));
+      result.block(first_query, 3 * markers[m], resampled.rows(), 3) = resampled.middleCols<3>(signedIndex(3 * m));
     }
   }
 }
@@ -100,12 +99,10 @@ PositionMatrix resampleWarped(const MotionClip& clip, const TimeWarp& warp, std:
   for (std::size_t frame = range.first; frame < range.last; ++frame) {
     times.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
   }
-  const auto positions =
-      clip.positions_mm.middleRows(signedIndex(range.first), signedIndex(times.size()));
+  const auto positions = clip.positions_mm.middleRows(signedIndex(range.first), signedIndex(times.size()));
   if (positions.allFinite()) return MotionResampler(times, target_times, options).apply(positions);
 
-  PositionMatrix result =
-      PositionMatrix::Constant(signedIndex(target_times.size()), clip.positions_mm.cols(), kNan);
+  PositionMatrix result = PositionMatrix::Constant(signedIndex(target_times.size()), clip.positions_mm.cols(), kNan);
   for (const auto& [seen, markers] : markersBySeenFrames(positions)) {
     resampleGroup(positions, times, target_times, seen, markers, options, result);
   }

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "phonetics/labels/speech_labels.h"
 #include "audio/audio_tags.h"
+#include "phonetics/labels/speech_labels.h"
 #include "vocal/viseme_curves.h"
 #include "vocal/viseme_poses.h"
 #include "vocal/vocal_style.h"

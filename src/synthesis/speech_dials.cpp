@@ -15,9 +15,9 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kMostGain = 2;        ///< of all dials together
-constexpr double kMostReach = 2;       ///< of the widest viseme's pose
-constexpr double kMostBeyond = 1.25;   ///< of the farthest that the chin sinks in the line
+constexpr double kMostGain = 2;       ///< of all dials together
+constexpr double kMostReach = 2;      ///< of the widest viseme's pose
+constexpr double kMostBeyond = 1.25;  ///< of the farthest that the chin sinks in the line
 
 /// Row at a time between the frames, evenly spaced.
 Eigen::RowVectorXd rowAt(const PositionMatrix& rows, double frame) {

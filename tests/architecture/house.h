@@ -17,19 +17,19 @@ Files filesOf(const std::filesystem::path& root);
 
 /// A target of one folder: a room (mouthpiece_library) or a program (mouthpiece_program).
 struct Target {
-  std::string name;                  ///< mouthpiece::exports_gltf; a program's own name
-  std::string folder;                ///< src/exports/gltf
-  bool is_program = false;           ///< its links have no PUBLIC and PRIVATE
-  std::set<std::string> sources;     ///< paths from the root; "src/voices/*.cpp" stands for all of a folder
-  std::set<std::string> headers;     ///< PUBLIC_HEADERS, paths from the root
+  std::string name;               ///< mouthpiece::exports_gltf; a program's own name
+  std::string folder;             ///< src/exports/gltf
+  bool is_program = false;        ///< its links have no PUBLIC and PRIVATE
+  std::set<std::string> sources;  ///< paths from the root; "src/voices/*.cpp" stands for all of a folder
+  std::set<std::string> headers;  ///< PUBLIC_HEADERS, paths from the root
   std::set<std::string> public_links, private_links;
 };
 
 /// What `path`, a CMakeLists.txt with that text, declares. Breaks of our own rules for such a file join `breaches`.
 std::vector<Target> parseTargets(const std::string& path, std::string_view text, std::vector<std::string>& breaches);
 
-/// The tree as its targets tell it, and the rules that it must keep (docs/architecture.md). Each rule gives one line for
-/// every breach.
+/// The tree as its targets tell it, and the rules that it must keep (docs/architecture.md). Each rule gives one line
+/// for every breach.
 class House {
  public:
   explicit House(Files files);

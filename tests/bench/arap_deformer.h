@@ -3,8 +3,8 @@
 #include <memory>
 #include <span>
 
-#include "deform/surface/control_surface.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
 

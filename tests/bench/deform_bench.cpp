@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
-#include "deform/kernel/deformer.h"
 #include "tests/unit/deform/sample_face.cpp"  // a benchmark is one source file
 
 namespace mouthpiece {

@@ -5,10 +5,10 @@
 #include <random>
 #include <vector>
 
-#include "hearing/tags/vowel_spectra.h"
 #include "hearing/tags/hear_tags.h"
 #include "hearing/tags/pitch_contour.h"
 #include "hearing/tags/vowel_network.h"
+#include "hearing/tags/vowel_spectra.h"
 
 namespace mouthpiece {
 namespace {

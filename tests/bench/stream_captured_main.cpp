@@ -1,6 +1,6 @@
 // Not a benchmark: how the lips of streams follow the capture of takes that the corpus does not have
-// (docs/theory/units/live.md#words-heard-while-they-are-said). The corpus' speaker is not said to speak, so what hears knows
-// nothing of him. For comparison labels, and words and phones as they are heard in the whole sound, told a stream
+// (docs/theory/units/live.md#words-heard-while-they-are-said). The corpus' speaker is not said to speak, so what hears
+// knows nothing of him. For comparison labels, and words and phones as they are heard in the whole sound, told a stream
 // that knows all of them.
 //   stream_captured CORPUS LOOK_AHEAD_S TAKES ROWS        ROWS: of l(abels), w(ords), p(hones), s(tream of sound),
 //                                                        n (the same without words)

@@ -39,7 +39,8 @@ const std::vector<std::string> kOtherSentences = {"good evening and welcome to t
 class Speak : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kSpokenShare / "sample.corpus")) GTEST_SKIP() << "no sample corpus in " << kSpokenShare << ": run `make data`";
+    if (!fs::exists(kSpokenShare / "sample.corpus"))
+      GTEST_SKIP() << "no sample corpus in " << kSpokenShare << ": run `make data`";
   }
 
   json speak(const std::vector<std::string>& arguments) {
@@ -131,7 +132,8 @@ TEST_F(Speak, FrameRateAndDurationFollowTheOptions) {
 }
 
 TEST_F(Speak, TenNewSentencesOfTheGrammarNeedNoBackoff) {
-  const json prompts = json::parse(runProgram("corpus", {"info", (kSpokenShare / "sample.corpus").string(), "--json"}).out);
+  const json prompts =
+      json::parse(runProgram("corpus", {"info", (kSpokenShare / "sample.corpus").string(), "--json"}).out);
   for (const std::string& text : kNewTimeSentences) {
     EXPECT_EQ(prompts.dump().find("\"" + text + "\""), std::string::npos) << text << " is one of the 55";
     const json report = speak({"--text", text});

@@ -71,7 +71,8 @@ class FragmentOracle {
   [[nodiscard]] double target(const PhoneRange& range, const PhonePlace& place) const {
     const SpeechLabels& take = database_.takeOf(place).labels;
     const std::size_t count = range.last.value - range.first.value + 1;
-    const auto from = static_cast<std::ptrdiff_t>(range.first.value), to = static_cast<std::ptrdiff_t>(range.last.value);
+    const auto from = static_cast<std::ptrdiff_t>(range.first.value),
+               to = static_cast<std::ptrdiff_t>(range.last.value);
     const auto at = static_cast<std::ptrdiff_t>(place.phone.value), end = at + to - from;
     double cost = weights_["context"] * (unlike(phoneAt(line_, from - 1), phoneAt(take, at - 1), PhonePart::kEnd) +
                                          unlike(phoneAt(line_, to + 1), phoneAt(take, end + 1), PhonePart::kBegin));
@@ -79,9 +80,9 @@ class FragmentOracle {
       const LabelledPhone& wanted = line_.phones[range.first.value + i];
       const PhonePlace own = advance(place, i);
       const Edges a = edgesOf(line_, range.first.value + i), b = edgesOf(take, own.phone.value);
-      double phone = weights_["word position"] *
-                         different({{a.begins_word, b.begins_word}, {a.ends_word, b.ends_word}}) +
-                     weights_["stress"] * different({{a.stressed, b.stressed}});
+      double phone =
+          weights_["word position"] * different({{a.begins_word, b.begins_word}, {a.ends_word, b.ends_word}}) +
+          weights_["stress"] * different({{a.stressed, b.stressed}});
       if (wanted.phone != Phone::kSil)
         phone += weights_["duration"] *
                  std::abs(std::log(wanted.span.duration()) - std::log(database_.phoneAt(own).span.duration()));
@@ -101,9 +102,9 @@ class FragmentOracle {
         distance += std::pow(a.positions_mm(k, i) - b.positions_mm(k, i), 2);
         change += std::pow(a.steps_mm(k, i) - b.steps_mm(k, i), 2);
       }
-      const double cost = weights_["join position"] * std::sqrt(distance / markers) +
-                          weights_["join velocity"] * std::sqrt(change / markers) /
-                              line_.phones[shared].span.duration();
+      const double cost =
+          weights_["join position"] * std::sqrt(distance / markers) +
+          weights_["join velocity"] * std::sqrt(change / markers) / line_.phones[shared].span.duration();
       if (cost < least) least = cost;
     }
     return least;
@@ -135,8 +136,7 @@ class PairOracle {
 
   [[nodiscard]] double join(std::size_t shared, const PhonePlace& before, const PhonePlace& after) const {
     const PhoneShape a = database_.shapeOf(before), b = database_.shapeOf(after);
-    const Eigen::RowVectorXd left =
-        (a.captured() - a.predicted() - b.captured() + b.predicted()).cast<double>();
+    const Eigen::RowVectorXd left = (a.captured() - a.predicted() - b.captured() + b.predicted()).cast<double>();
     const Eigen::Index points = PhoneShapes::kPoints, components = left.size() / points;
     const auto at = [&](Eigen::Index point) { return left.segment(point * components, components); };
     const Seconds spacing = line_.phones[shared].span.duration() / static_cast<double>(points);
@@ -156,7 +156,9 @@ class PairOracle {
   [[nodiscard]] const TrajectoryModel& model() const { return *database_.corpus().trajectory_model; }
 
   static double rate(const SpeechLabels& labels, std::size_t phone) {
-    const auto isSpeech = [&](std::size_t at) { return at < labels.phones.size() && labels.phones[at].phone != Phone::kSil; };
+    const auto isSpeech = [&](std::size_t at) {
+      return at < labels.phones.size() && labels.phones[at].phone != Phone::kSil;
+    };
     std::size_t first = phone, last = phone;
     for (int i = 0; i < 3 && first > 0 && isSpeech(first - 1); ++i) --first;
     for (int i = 0; i < 3 && isSpeech(last + 1); ++i) ++last;
@@ -171,10 +173,12 @@ class PairOracle {
     const Edges a = edgesOf(line_, at), b = edgesOf(take, place.phone.value);
     double cost = weights_["prediction"] * (shape.captured() - line).squaredNorm() / points +
                   weights_["context"] * (shape.predicted() - line).squaredNorm() / points +
-                  weights_["position"] *
-                      different({{a.begins_word, b.begins_word}, {a.ends_word, b.ends_word},
-                                 {a.begins_syllable, b.begins_syllable}, {a.ends_syllable, b.ends_syllable},
-                                 {a.begins_phrase, b.begins_phrase}, {a.ends_phrase, b.ends_phrase}}) +
+                  weights_["position"] * different({{a.begins_word, b.begins_word},
+                                                    {a.ends_word, b.ends_word},
+                                                    {a.begins_syllable, b.begins_syllable},
+                                                    {a.ends_syllable, b.ends_syllable},
+                                                    {a.begins_phrase, b.begins_phrase},
+                                                    {a.ends_phrase, b.ends_phrase}}) +
                   weights_["stress"] * different({{a.stressed, b.stressed}});
     const LabelledPhone& wanted = line_.phones[at];
     if (wanted.phone != Phone::kSil) {
@@ -214,7 +218,9 @@ bool isWholeInCapture(const CorpusTake& take, std::size_t first, std::size_t len
 bool isPaperUnit(const SpeechLabels& take, std::size_t first, std::size_t length) {
   if (length == 2) return true;
   const auto isCore = [&](std::size_t from, std::size_t to) {
-    const auto is = [&](const auto& entry) { return entry.phones.first.value == from && entry.phones.last.value == to; };
+    const auto is = [&](const auto& entry) {
+      return entry.phones.first.value == from && entry.phones.last.value == to;
+    };
     return (from == 0 && to + 1 == take.phones.size()) || std::any_of(take.words.begin(), take.words.end(), is) ||
            std::any_of(take.syllables.begin(), take.syllables.end(), is);
   };
@@ -228,7 +234,8 @@ struct Fragment {
 };
 
 /// Every fragment for phones [first, ...] of the line that was seen, found by looking at every place.
-std::vector<Fragment> fragmentsFrom(const SpeechLabels& line, std::size_t first, const Corpus& corpus, UnitScales units) {
+std::vector<Fragment> fragmentsFrom(const SpeechLabels& line, std::size_t first, const Corpus& corpus,
+                                    UnitScales units) {
   std::vector<Fragment> found;
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     const SpeechLabels& labels = corpus.takes[take].labels;
@@ -418,7 +425,8 @@ TEST_F(CheapestCover, OfPairsIsTheLeastOfAll) {
       for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
         const auto& phones = corpus.takes[take].labels.phones;
         for (std::size_t at = 0; at + 1 < phones.size(); ++at) {
-          if (phones[at].phone != line.phones[first].phone || phones[at + 1].phone != line.phones[first + 1].phone) continue;
+          if (phones[at].phone != line.phones[first].phone || phones[at + 1].phone != line.phones[first + 1].phone)
+            continue;
           const PhonePlace place{TakeIndex(take), PhoneIndex(at)};
           double best = first == 0 ? 0 : kInfinity;
           for (const auto& [before, cost] : least) {
@@ -456,7 +464,8 @@ TEST_F(CheapestCover, NeverFallsWhenLessIsKept) {
       try {
         const auto units = selectUnits(line, database, options);
         const bool by_pairs = modelled.trajectory_model != nullptr;
-        const double sum = sumOf(units) + (by_pairs ? 0.0 : static_cast<double>(units.size()) * options.weights["unit"]);
+        const double sum =
+            sumOf(units) + (by_pairs ? 0.0 : static_cast<double>(units.size()) * options.weights["unit"]);
         ASSERT_GE(sum, before - 1e-9) << kept;
         before = sum;
         ++compared_;

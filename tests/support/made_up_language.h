@@ -9,10 +9,10 @@ namespace mouthpiece {
 /// A language of eight phones, two of which English lacks and hears as others: what one page of a new language says.
 inline const Language& madeUpLanguage() {
   static constexpr std::array kInventory = {
-      LanguagePhone{Phone::kAA, "a", "a"},         LanguagePhone{Phone::kOW, "o", "o", "AO"},
-      LanguagePhone{Phone::kUW, "ø y", "2 y"},     LanguagePhone{Phone::kM, "m", "m"},
-      LanguagePhone{Phone::kP, "p", "p"},          LanguagePhone{Phone::kT, "t", "t"},
-      LanguagePhone{Phone::kK, "k q", "k"},        LanguagePhone{Phone::kCH, "ts", "ts", "T S"},
+      LanguagePhone{Phone::kAA, "a", "a"},     LanguagePhone{Phone::kOW, "o", "o", "AO"},
+      LanguagePhone{Phone::kUW, "ø y", "2 y"}, LanguagePhone{Phone::kM, "m", "m"},
+      LanguagePhone{Phone::kP, "p", "p"},      LanguagePhone{Phone::kT, "t", "t"},
+      LanguagePhone{Phone::kK, "k q", "k"},    LanguagePhone{Phone::kCH, "ts", "ts", "T S"},
       LanguagePhone{Phone::kS, "s", "s"},
   };
   static constexpr std::array kSigns = {SpelledSign{'&', " un "}, SpelledSign{0x20B9, " rupi "}};

@@ -3,8 +3,8 @@
 
 #include "base/errors.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
-#include "motion/formats/motion_file.h"
 #include "motion/cleaning/rigid.h"
+#include "motion/formats/motion_file.h"
 
 namespace mouthpiece {
 namespace {

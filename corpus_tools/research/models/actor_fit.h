@@ -31,8 +31,8 @@ struct ActorFitOptions {
   std::string credit;
 };
 
-/// Learns an actor by least squares (docs/theory/corpus_tools/actor_model.md). Throws InputError for a capture with too little in
-/// it.
+/// Learns an actor by least squares (docs/theory/corpus_tools/actor_model.md). Throws InputError for a capture with too
+/// little in it.
 ActorModel fitActor(const ActorCapture& capture, const ActorFitOptions& options);
 
 /// `model` performs the labels of `takes`, compared with what was captured, in one sum.

@@ -34,7 +34,8 @@ struct PrincipalShapes {
 
 /// Compresses `animation` of a mesh that rests at `rest` (all vertices x 3, same unit): principal components of a
 /// sample of trajectories give the weights, one least-squares product the shapes; vertices beyond the tolerance get
-/// shapes of their own until none is left, so the tolerance always holds. On all cores; the same for any number of them.
+/// shapes of their own until none is left, so the tolerance always holds. On all cores; the same for any number of
+/// them.
 PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
                                 const PrincipalShapesOptions& options = {});
 

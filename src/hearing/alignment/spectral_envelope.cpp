@@ -30,9 +30,7 @@ double hzOf(double mel) { return 700 * (std::pow(10, mel / 2595) - 1); }
 /// bands x bins: triangles of one area, evenly spaced in mel, their corners on bins.
 Eigen::MatrixXd melBands() {
   const double low = melOf(kLowestHz), step = (melOf(kHighestHz) - low) / (kBands + 1);
-  const auto corner = [&](Eigen::Index i) {
-    return std::round(hzOf(low + asReal(i) * step) / kBinHz) * kBinHz;
-  };
+  const auto corner = [&](Eigen::Index i) { return std::round(hzOf(low + asReal(i) * step) / kBinHz) * kBinHz; };
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(kBands, kBins);
   for (Eigen::Index band = 0; band < kBands; ++band) {
     const double left = corner(band), middle = corner(band + 1), right = corner(band + 2);
@@ -127,8 +125,8 @@ void useSpectralEnvelope(std::span<const std::int16_t> samples, std::vector<std:
   if (cepstra.empty()) return;
   AudioClip clip{kRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
-  const PitchTrack pitch = trackPitch(
-      clip, {.step = asReal(kHop) / kRateHz, .lowest_hz = kLowestPitchHz, .highest_hz = kHighestPitchHz});
+  const PitchTrack pitch =
+      trackPitch(clip, {.step = asReal(kHop) / kRateHz, .lowest_hz = kLowestPitchHz, .highest_hz = kHighestPitchHz});
   FrontEnd front_end(cepstra.front().size());
   for (std::size_t frame = 0; frame < cepstra.size(); ++frame) {
     const double hz = pitchWithin(pitch, frame);
@@ -136,8 +134,7 @@ void useSpectralEnvelope(std::span<const std::int16_t> samples, std::vector<std:
     const Eigen::VectorXd power = front_end.powerAt(samples, frame * kHop);
     // The difference only, so that frames with and without a pitch are of one kind.
     const Eigen::VectorXd change = front_end.cepstraOf(spectralEnvelope(power, hz)) - front_end.cepstraOf(power);
-    for (std::size_t k = 0; k < cepstra[frame].size(); ++k)
-      cepstra[frame][k] += asFloat(change(signedIndex(k)));
+    for (std::size_t k = 0; k < cepstra[frame].size(); ++k) cepstra[frame][k] += asFloat(change(signedIndex(k)));
   }
 }
 

@@ -9,8 +9,8 @@
 
 namespace mouthpiece {
 
-/// Hears the stretches of English words of which the alignment is not sure once more, by a network where it is there, and
-/// puts how far they are believed then in place of what they were:
+/// Hears the stretches of English words of which the alignment is not sure once more, by a network where it is there,
+/// and puts how far they are believed then in place of what they were:
 /// docs/theory/hearing/alignment.md#the-network-is-asked. `pronouncer` says what is heard. Says what is wrong where it
 /// cannot; else "".
 std::string judgeByNetwork(WordNetwork& network, const Pronouncer& pronouncer, const SamplesToHear& to_hear,

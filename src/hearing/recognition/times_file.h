@@ -33,8 +33,9 @@ struct TimesFile {
 /// out of order.
 TimesFile parseTimes(std::string_view bytes, std::string_view name, const Language& language = english());
 
-/// Whether these are labels in a TextGrid that has words and not the phones of all of them: it has no tier of phones, or
-/// marks of what its aligner could not spell. makeTimedRecogniser() finds them. Throws InputError for a damaged file.
+/// Whether these are labels in a TextGrid that has words and not the phones of all of them: it has no tier of phones,
+/// or marks of what its aligner could not spell. makeTimedRecogniser() finds them. Throws InputError for a damaged
+/// file.
 bool lacksPhones(const std::filesystem::path& labels);
 
 /// Hears what the file says: phones that it lacks are aligned inside their words. `lexicon` is kept alive by the

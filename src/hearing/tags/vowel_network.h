@@ -44,8 +44,8 @@ class VowelPerceptron {
 };
 
 /// How the vowels of voices lie, learnt from many of them, and with it how those of one recording lie: what is E for
-/// one singer is I for another, but seldom both are in one recording (docs/theory/hearing/vowel_network.md, "The voice of a
-/// recording"). Immutable: may be shared by threads.
+/// one singer is I for another, but seldom both are in one recording (docs/theory/hearing/vowel_network.md, "The voice
+/// of a recording"). Immutable: may be shared by threads.
 class VowelAdaptation {
  public:
   /// The last part of the weights' file. Throws InputError for sizes that do not fit the bytes, numbers that are not
@@ -78,8 +78,8 @@ class VowelAdaptation {
 /// Immutable: may be shared by threads.
 class VowelNetwork {
  public:
-  /// Reads the weights (docs/theory/hearing/vowel_network.md, "The weights' file"). Throws InputError for sizes that do not fit
-  /// the bytes or each other, and numbers that are not finite.
+  /// Reads the weights (docs/theory/hearing/vowel_network.md, "The weights' file"). Throws InputError for sizes that do
+  /// not fit the bytes or each other, and numbers that are not finite.
   static VowelNetwork parse(std::string_view bytes, std::string_view name);
   /// The weights that are built in.
   static const VowelNetwork& shipped();

@@ -81,8 +81,7 @@ class GapFiller {
     PositionMatrix deviations(signedIndex(around.size()), 3);
     for (std::size_t i = 0; i < around.size(); ++i) {
       deviations.row(signedIndex(i)) =
-          clip_.position(FrameIndex(unsignedIndex(around[i])), gap.marker).transpose() -
-          predicted(around[i]);
+          clip_.position(FrameIndex(unsignedIndex(around[i])), gap.marker).transpose() - predicted(around[i]);
     }
     PositionMatrix filled = bridged(around, deviations, gap);
     for (Eigen::Index i = 0; i < filled.rows(); ++i) {
@@ -240,8 +239,7 @@ FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options
       result.report.left.push_back(gap);
       continue;
     }
-    result.clip.positions_mm.block(gap.first.row(),
-                                   signedIndex(3 * gap.marker.value), places->rows(), 3) = *places;
+    result.clip.positions_mm.block(gap.first.row(), signedIndex(3 * gap.marker.value), places->rows(), 3) = *places;
     result.report.filled.push_back(gap);
   }
   return result;

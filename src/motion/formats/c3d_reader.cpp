@@ -170,8 +170,7 @@ Eigen::RowVector3d readPoint(ByteReader& reader, const PointFormat& format) {
 }
 
 PositionMatrix readPositions(ByteReader& reader, const PointFormat& format) {
-  PositionMatrix positions(signedIndex(format.frame_count),
-                           signedIndex(3 * format.point_count));
+  PositionMatrix positions(signedIndex(format.frame_count), signedIndex(3 * format.point_count));
   reader.seek(format.data_start);
   for (Eigen::Index frame = 0; frame < positions.rows(); ++frame) {
     for (Eigen::Index column = 0; column < positions.cols(); column += 3) {

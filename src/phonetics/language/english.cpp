@@ -11,6 +11,7 @@ namespace {
 
 using enum Phone;
 
+// clang-format off
 /// Southern British and General American; r-coloured centring vowels take the vowel that the lips show. The acoustic
 /// model's phones have the names of the rows.
 constexpr LanguagePhone kInventory[] = {
@@ -26,6 +27,7 @@ constexpr LanguagePhone kInventory[] = {
 /// eSpeak's: button, wanted, loch, jalapeño, media, science, fire.
 constexpr VoiceSymbol kVoiceSymbols[] = {
     {"ʔ", "T"}, {"ᵻ", "IH"}, {"x", "K"}, {"ʲ", "Y"}, {"iə", "IY AH"}, {"aɪə", "AY AH"}, {"aɪɚ", "AY ER"}};
+// clang-format on
 
 constexpr bool isOneOf(Phone phone, std::initializer_list<Phone> set) {
   return std::find(set.begin(), set.end(), phone) != set.end();
@@ -62,12 +64,14 @@ bool isLegalEnglishOnset(std::span<const Phone> consonants) {
   }
 }
 
+// clang-format off
 constexpr SpelledSign kSigns[] = {
     {'%', " percent "}, {'&', " and "}, {'+', " plus "}, {'=', " equals "}, {'@', " at "}, {0xA7, " section "},
     {0xB0, " degrees "}, {0xB1, " plus or minus "}, {0xB2, " squared "}, {0xB3, " cubed "}, {0xB5, " micro "},
     {0xBC, " one quarter "}, {0xBD, " one half "}, {0xBE, " three quarters "}, {0xD7, " times "},
     {0xF7, " divided by "}, {0xA2, " cents "}, {0xA3, " pounds "}, {0xA5, " yen "}, {0x20AC, " euros "},
     {0x20B9, " rupees "}, {0x20BD, " roubles "}, {0x2116, " number "}};
+// clang-format on
 
 /// From Flite's dictionary, or its letter-to-sound rules.
 Pronunciation pronounceEnglish(std::string_view word) {

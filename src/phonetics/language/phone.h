@@ -7,6 +7,7 @@
 
 namespace mouthpiece {
 
+// clang-format off
 /// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence. The schwa has one
 /// normal form, kAH (docs/theory/phonetics/phones_and_visemes.md).
 enum class Phone : std::uint8_t {
@@ -25,6 +26,7 @@ inline constexpr std::size_t kVisemeCount = 20;
 enum class Articulation : std::uint8_t {
   kSilence, kVowel, kPlosive, kAffricate, kFricative, kNasal, kLateral, kApproximant, kAspirate
 };
+// clang-format on
 
 enum class LipClosure : std::uint8_t { kNone, kLipToLip, kLipToTeeth };
 
@@ -35,8 +37,8 @@ enum class VowelGroup : std::uint8_t { kA, kEI, kOU };
 struct VisemeRow {
   Viseme viseme;
   std::string_view name;
-  double open;    ///< jaw and lips: 0 closed, 1 as wide as Ah
-  double round;   ///< -1 spread, 1 narrow and round
+  double open;   ///< jaw and lips: 0 closed, 1 as wide as Ah
+  double round;  ///< -1 spread, 1 narrow and round
   LipClosure closure = LipClosure::kNone;
   bool sibilant = false;               ///< teeth together
   bool tongue_only = false;            ///< lips and jaw are free for the neighbours

@@ -27,16 +27,13 @@ int runCheck(const CheckArguments& given) {
     for (const std::string& remark : check.remarks) printText("remark: " + remark + "\n");
   }
   if (!check.problems.empty()) {
-    throw InputError(given.corpus.string(), "",
-                     fmt::format("found {} problems; expected none", check.problems.size()));
+    throw InputError(given.corpus.string(), "", fmt::format("found {} problems; expected none", check.problems.size()));
   }
   if (!given.quiet) printText(fmt::format("{}: sound\n", given.corpus.string()));
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, CheckArguments& options) {
-  addCorpusArgument(command, options.corpus);
-}
+void addOptions(CLI::App& command, CheckArguments& options) { addCorpusArgument(command, options.corpus); }
 
 }  // namespace
 

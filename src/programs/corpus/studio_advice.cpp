@@ -72,7 +72,8 @@ void adviseOnLight(const VideoImage& image, const FaceLandmarks& face, std::vect
 StudioLook studioLook(const VideoImage& image, const std::optional<FaceLandmarks>& face) {
   StudioLook look;
   if (!face) {
-    look.advice.emplace_back("No face is seen: sit in the middle of the picture, an arm's length away, and look into the camera.");
+    look.advice.emplace_back(
+        "No face is seen: sit in the middle of the picture, an arm's length away, and look into the camera.");
     return look;
   }
   look.has_face = true;

@@ -25,9 +25,9 @@ struct StudioOptions {
   std::vector<Prompt> prompts;  ///< to be said, the first of them for the lips to be measured in
   Lexicon lexicon;
   const Language* language = &english();  ///< of the prompts and the lines
-  std::filesystem::path models;  ///< the tracker's networks
-  std::filesystem::path face;    ///< the head that speaks at the end; empty: the default one
-  bool keep_video = false;       ///< in videos/
+  std::filesystem::path models;           ///< the tracker's networks
+  std::filesystem::path face;             ///< the head that speaks at the end; empty: the default one
+  bool keep_video = false;                ///< in videos/
 };
 
 /// What is seen in one image of the camera, for the page to draw and to tell.

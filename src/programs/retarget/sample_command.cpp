@@ -36,7 +36,10 @@ int runSample(const SampleArguments& given) {
 
 void addOptions(CLI::App& command, SampleArguments& options) {
   command.add_option("--out", options.out, "Folder")->required();
-  command.add_option("--canonical", options.canonical, "MediaPipe's canonical face (`make data` brings it: build/third_party/canonical_face.obj)")->required();
+  command
+      .add_option("--canonical", options.canonical,
+                  "MediaPipe's canonical face (`make data` brings it: build/third_party/canonical_face.obj)")
+      ->required();
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
   addJsonFlag(command, options.json);
 }

@@ -33,8 +33,9 @@ std::string rowOf(const char* name, const LipMeasures& lips) {
 }
 
 std::string tableOf(const ActorModel& model, const ActorCapture& held_out) {
-  return fmt::format("| on {:<35} | r opening | r width | RMS mm | LVE mm2 | closures % | false % | variance | jerk |\n",
-                     fmt::format("{} takes that were not learnt from", held_out.takes.size())) +
+  return fmt::format(
+             "| on {:<35} | r opening | r width | RMS mm | LVE mm2 | closures % | false % | variance | jerk |\n",
+             fmt::format("{} takes that were not learnt from", held_out.takes.size())) +
          "|---|---|---|---|---|---|---|---|---|\n" +
          rowOf("least squares", scoreActor(model, held_out, {.restore_variance = false, .close_lips = false})) +
          rowOf("with the variance restored", scoreActor(model, held_out, {.close_lips = false})) +
@@ -46,8 +47,7 @@ int run(const Arguments& given) {
   const ActorCapture capture = readActorCapture(given.takes);
   const ActorFitOptions options{.credit = given.credit};
   const std::size_t folds = given.fold_count;
-  if (folds > 1)
-    printText(tableOf(fitActor(withoutFold(capture, folds, 0), options), onlyFold(capture, folds, 0)));
+  if (folds > 1) printText(tableOf(fitActor(withoutFold(capture, folds, 0), options), onlyFold(capture, folds, 0)));
   if (!given.out.empty()) writeFileAtomically(given.out, actorModelToJson(fitActor(capture, options)));
   return kExitDone;
 }

@@ -86,9 +86,9 @@ TEST(OwnLayout, AMarkerSetInAFileGoesAllTheWay) {
   anchors["markers"] = markers;
   const fs::path anchors_file = folder.write("head.anchors.json", anchors.dump());
   const fs::path face = folder.path() / "head.face";
-  const auto fitted = runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors_file.string(),
-                                              "--corpus", corpus_file.string(), "--out", face.string(), "--json",
-                                              "--even-if-faulty"});
+  const auto fitted =
+      runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors_file.string(), "--corpus",
+                              corpus_file.string(), "--out", face.string(), "--json", "--even-if-faulty"});
   ASSERT_EQ(fitted.exit_code, 1) << "the synthetic actor is an ellipsoid: its warp folds over";
   const json facts = json::parse(fitted.out);
   EXPECT_EQ(facts["markers"], 30);

@@ -152,7 +152,8 @@ TEST(DataPageLaws, NoTextEndsTheScript) {
     for (std::size_t n = random() % 40; n > 0; --n) text += letters[random() % letters.size()];
     if (random() % 3 == 0) text += "</script><script>/*REPORT*/null/*STYLE*/";
     const std::string page =
-        dataPage("<meta charset=\"utf-8\"><style>/*STYLE*/</style><script>/*TOOLS*/ const r = /*REPORT*/null;</script>", json(text).dump());
+        dataPage("<meta charset=\"utf-8\"><style>/*STYLE*/</style><script>/*TOOLS*/ const r = /*REPORT*/null;</script>",
+                 json(text).dump());
     const std::string shown = page.substr(page.rfind("const r = ") + 10);
     EXPECT_EQ(shown.find('<'), shown.rfind("</script>")) << text;
     EXPECT_EQ(json::parse(shown.substr(0, shown.rfind(';'))).get<std::string>(), text);

@@ -5,9 +5,9 @@
 
 #include "base/errors.h"
 #include "corpus_tools/building/corpus_facts.h"
-#include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
 #include "corpus_tools/takes/take_files.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

@@ -118,8 +118,7 @@ TEST(CleaningLaws, ACleanTakeStaysAsItIs) {
     const RawTake raw = take.raw();
     CleaningOptions options;
     options.smooth = false;
-    const CleanedFace cleaned =
-        cleanFace(raw, estimateHeadReference({raw}, defaultLayout()), defaultLayout(), options);
+    const CleanedFace cleaned = cleanFace(raw, estimateHeadReference({raw}, defaultLayout()), defaultLayout(), options);
     EXPECT_EQ(cleaned.report.swaps + cleaned.report.spikes + cleaned.report.gap_samples, 0U);
     EXPECT_EQ(cleaned.report.jig_frames, raw.face.frameCount());
     // The reference lies where one of the frames did: up to a rigid motion.

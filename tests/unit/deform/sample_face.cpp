@@ -1,5 +1,5 @@
-#include "deform/mesh/face_mesh.h"
 #include "tests/unit/deform/sample_face.h"
+#include "deform/mesh/face_mesh.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>

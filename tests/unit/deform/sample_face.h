@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
-#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece::samples {
 

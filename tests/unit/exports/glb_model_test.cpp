@@ -103,9 +103,10 @@ GlbFile dressed() {
   GlbFile glb(glbBytes(head.mesh, principalShapes(head.animation, head.mesh.vertices, 0.001), "egg"));
   glb.root["asset"]["copyright"] = "someone";
   glb.root["extensionsUsed"] = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual", "EXT_own"};
-  glb.root["extensions"] = {{"EXT_own", {{"numbers", {1, 2.5, -3}}, {"deep", {{"flag", true}, {"text", "ä"}}}}},
-                            {"KHR_lights_punctual", {{"lights", {{{"type", "point"}, {"color", {1.0, 0.5, 0.25}},
-                                                                  {"intensity", 3.0}, {"name", "lamp"}}}}}}};
+  glb.root["extensions"] = {
+      {"EXT_own", {{"numbers", {1, 2.5, -3}}, {"deep", {{"flag", true}, {"text", "ä"}}}}},
+      {"KHR_lights_punctual",
+       {{"lights", {{{"type", "point"}, {"color", {1.0, 0.5, 0.25}}, {"intensity", 3.0}, {"name", "lamp"}}}}}}};
   glb.root["extras"] = {{"studio", "attic"}};
   glb.root["images"] = {{{"bufferView", 0}, {"mimeType", "image/png"}, {"name", "paint"}}};
   glb.root["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33648}}};
@@ -118,7 +119,8 @@ GlbFile dressed() {
   material["alphaMode"] = "MASK";
   material["alphaCutoff"] = 0.25;
   material["extensions"]["KHR_materials_unlit"] = json::object();
-  glb.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.75}, {"znear", 0.125}, {"zfar", 100.0}}}}};
+  glb.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.75}, {"znear", 0.125}, {"zfar", 100.0}}}}};
   glb.root["nodes"][0]["extras"] = {{"rig", 7}};
   glb.root["nodes"].push_back({{"name", "eye"}, {"camera", 0}, {"translation", {0.0, 1.0, 2.0}}});
   glb.root["scenes"][0]["nodes"].push_back(1);
@@ -215,11 +217,11 @@ TEST(GivenGlb, NumbersOutOfRangeAreRefusedOrHarmless) {
   shapes.rest = Eigen::Map<const Eigen::RowVectorXf>(mesh.vertices.data(), mesh.vertices.size());
   shapes.shapes = RowMajorMatrixF::Ones(1, mesh.vertices.size());
   shapes.weights = RowMajorMatrixF::Ones(2, 1);
-  for (const char* pointer : {"/scene", "/scenes/0/nodes/0", "/nodes/0/mesh", "/nodes/0/children",
-                              "/meshes/0/primitives/0/attributes/POSITION", "/meshes/0/primitives/0/mode",
-                              "/accessors/0/count", "/accessors/0/bufferView", "/accessors/0/componentType",
-                              "/bufferViews/0/byteLength", "/bufferViews/0/buffer", "/buffers/0/byteLength",
-                              "/meshes/0/extras", "/animations", "/meshes/0/primitives"}) {
+  for (const char* pointer :
+       {"/scene", "/scenes/0/nodes/0", "/nodes/0/mesh", "/nodes/0/children",
+        "/meshes/0/primitives/0/attributes/POSITION", "/meshes/0/primitives/0/mode", "/accessors/0/count",
+        "/accessors/0/bufferView", "/accessors/0/componentType", "/bufferViews/0/byteLength", "/bufferViews/0/buffer",
+        "/buffers/0/byteLength", "/meshes/0/extras", "/animations", "/meshes/0/primitives"}) {
     for (const json& value : {json(-1), json(77), json(2'000'000'000), json("text"), json::array(), json(nullptr)}) {
       GlbFile damaged = given;
       damaged.root[json::json_pointer(pointer)] = value;

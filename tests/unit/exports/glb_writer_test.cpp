@@ -12,9 +12,9 @@
 namespace mouthpiece {
 namespace {
 
-using test::GlbFile;
 using samples::makeTalkingHead;
 using samples::TalkingHead;
+using test::GlbFile;
 
 GlbFile glbOf(const TalkingHead& head) {
   return GlbFile(

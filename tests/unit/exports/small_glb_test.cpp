@@ -75,7 +75,7 @@ TEST(HeadAnimation, TurnsWhatIsShownAboutItsPlace) {
   const samples::TalkingHead head = samples::makeTalkingHead({.ripple_mm = 0.6});
   const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   HeadAnimation track{std::vector<std::array<float, 4>>(unsignedIndex(shapes.frameCount()), {0, 0.1F, 0, 0.995F}),
-                  {0.01, 0.02, -0.03}};
+                      {0.01, 0.02, -0.03}};
   for (const std::string& bytes :
        {glbBytes(head.mesh, shapes, "head", {}, &track), smallGlbBytes(head.mesh, shapes, "head", &track)}) {
     const GlbModel model(bytes, "head.glb");

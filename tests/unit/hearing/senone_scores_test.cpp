@@ -45,7 +45,8 @@ MadeModel makeModel(std::mt19937& random) {
                                         (2 * std::numbers::pi * variances.back()).array().log().matrix();
       rows.rightCols(1) = (-0.5 * constants.rowwise().sum()).cast<float>();
       codebook.gaussians.push_back(rows);
-      codebook.weights.push_back(Eigen::MatrixXf::NullaryExpr(3, kSenoneDensities, [&] { return float(share(random)); }));
+      codebook.weights.push_back(
+          Eigen::MatrixXf::NullaryExpr(3, kSenoneDensities, [&] { return float(share(random)); }));
     }
     made.model.codebooks.push_back(codebook);
   }

@@ -68,8 +68,9 @@ TEST(LandmarkTrack, NamesWhatIsWrong) {
   EXPECT_NE(trackErrorOf(R"({"fps":25,"frames":[[],[]]})").find("no face"), std::string::npos);
   EXPECT_NE(trackErrorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frames[0]"), std::string::npos);
   EXPECT_NE(trackErrorOf(R"({"fps":0,"frames":[[],[]]})").find("positive"), std::string::npos);
-  EXPECT_NE(trackErrorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("frame rate"),
-            std::string::npos);
+  EXPECT_NE(
+      trackErrorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("frame rate"),
+      std::string::npos);
   EXPECT_NE(trackErrorOf(R"({"fps":25,"width":3,"frames":[[],[]]})").find("both"), std::string::npos);
   EXPECT_NE(trackErrorOf(R"({"fps":1e999,"frames":[[],[]]})").find("t.json"), std::string::npos);
 }

@@ -14,7 +14,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr unsigned kSeed = 20261122;
-constexpr Seconds kRounding = 2e-7;  // half of HTK's unit, and doubles
+constexpr Seconds kRounding = 2e-7;           // half of HTK's unit, and doubles
 constexpr Seconds kLent = 0.020 + kRounding;  // what an outer phone lends to silence
 
 std::vector<PhoneSegment> segmentsOf(const SpeechLabels& labels) {

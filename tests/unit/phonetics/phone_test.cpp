@@ -80,10 +80,10 @@ TEST(PhoneRow, TraitsAreThoseOfTheModelsThatUseThem) {
 }
 
 TEST(PhoneRow, VoicelessPhonesHaveAVoicedTwin) {
-  for (const auto& [voiceless, voiced] : {std::pair(Phone::kP, Phone::kB), std::pair(Phone::kT, Phone::kD),
-                                          std::pair(Phone::kK, Phone::kG), std::pair(Phone::kF, Phone::kV),
-                                          std::pair(Phone::kTH, Phone::kDH), std::pair(Phone::kS, Phone::kZ),
-                                          std::pair(Phone::kSH, Phone::kZH), std::pair(Phone::kCH, Phone::kJH)}) {
+  for (const auto& [voiceless, voiced] :
+       {std::pair(Phone::kP, Phone::kB), std::pair(Phone::kT, Phone::kD), std::pair(Phone::kK, Phone::kG),
+        std::pair(Phone::kF, Phone::kV), std::pair(Phone::kTH, Phone::kDH), std::pair(Phone::kS, Phone::kZ),
+        std::pair(Phone::kSH, Phone::kZH), std::pair(Phone::kCH, Phone::kJH)}) {
     const PhoneRow &one = rowOf(voiceless), &other = rowOf(voiced);
     EXPECT_FALSE(one.voiced) << one.name;
     EXPECT_TRUE(other.voiced) << other.name;

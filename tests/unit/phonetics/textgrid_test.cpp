@@ -8,8 +8,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "phonetics/labels/labels_builder.h"
 #include "base/text_encoding.h"
+#include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
 namespace {
@@ -109,7 +109,8 @@ TEST(TextGrid, NamesTheLineOfWhatIsWrong) {
             "a.TextGrid:13: 'AA' ends at 1.2 s, before it begins at 1.25 s; expected a later end");
   EXPECT_EQ(gridErrorOf(shortGrid("0.5 1.2 \"M\"\n1.2 1.3 \"QX\"\n", 2)),
             "a.TextGrid:13: found phone 'QX'; expected ARPAbet (AA AE AH ... ZH) or sil");
-  EXPECT_EQ(gridErrorOf(shortGrid("0.5 nan \"M\"\n", 1)), "a.TextGrid:12: found times 0.5 to nan s; expected 0 to 86400 s");
+  EXPECT_EQ(gridErrorOf(shortGrid("0.5 nan \"M\"\n", 1)),
+            "a.TextGrid:12: found times 0.5 to nan s; expected 0 to 86400 s");
   EXPECT_EQ(gridErrorOf(shortGrid("0.5 1e300 \"M\"\n", 1)),
             "a.TextGrid:12: found times 0.5 to 1e+300 s; expected 0 to 86400 s");
   EXPECT_EQ(gridErrorOf(shortGrid("0.5 0.5 \"M\"\n", 1)),
@@ -124,7 +125,8 @@ TEST(TextGrid, BelievesNoAbsurdCount) {
   for (const char* count : {"1e18", "-1", "2.5", "nan", "999999999"}) {
     std::string text = shortGrid("0.5 1 \"M\"\n", 1);
     text.replace(text.find("\n1\n0.5") + 1, 1, count);
-    EXPECT_NE(gridErrorOf(text).find("expected a count that the file can hold"), std::string::npos) << gridErrorOf(text);
+    EXPECT_NE(gridErrorOf(text).find("expected a count that the file can hold"), std::string::npos)
+        << gridErrorOf(text);
   }
 }
 

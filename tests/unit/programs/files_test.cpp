@@ -87,7 +87,7 @@ class WrittenFiles : public testing::Test {
   }
 
   ScratchFolder folder_;
-  std::map<std::string, std::vector<Job>> jobs_;            ///< by the name of what they write
+  std::map<std::string, std::vector<Job>> jobs_;             ///< by the name of what they write
   std::map<std::string, std::vector<std::string>> results_;  ///< of `jobs_`
   std::map<std::string, Job> bad_;
 };
@@ -184,8 +184,10 @@ TEST_F(WrittenFiles, ConvertingThereAndBackIsTheSame) {
     const fs::path there = folder_.path() / middle;
     ASSERT_EQ(runProgram("corpus", {"convert", csv.string(), there.string()}).exit_code, 0);
     ASSERT_EQ(runProgram("corpus", {"convert", there.string(), path("c.csv")}).exit_code, 0);
-    ASSERT_EQ(runProgram("corpus", {"convert", path("c.csv"), path("again") + there.extension().string()}).exit_code, 0);
-    ASSERT_EQ(runProgram("corpus", {"convert", path("again") + there.extension().string(), path("d.csv")}).exit_code, 0);
+    ASSERT_EQ(runProgram("corpus", {"convert", path("c.csv"), path("again") + there.extension().string()}).exit_code,
+              0);
+    ASSERT_EQ(runProgram("corpus", {"convert", path("again") + there.extension().string(), path("d.csv")}).exit_code,
+              0);
     EXPECT_EQ(readAll(path("c.csv")), readAll(path("d.csv"))) << "once rounded, a motion stays";
   }
 }

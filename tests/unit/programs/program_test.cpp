@@ -21,7 +21,7 @@ struct Options {
   std::vector<std::string> words;
 };
 
-Options last_given;                       ///< of the run before
+Options last_given;  ///< of the run before
 std::function<int()> next_action = [] { return kExitDone; };
 
 void addOptions(CLI::App& app, Options& options) {
@@ -96,7 +96,8 @@ TEST_F(RunProgram, WrongUsageIsTwoAndRunsNothing) {
     return kExitDone;
   };
   const std::vector<std::vector<const char*>> wrong{
-      {}, {"shout"}, {"say", "--count"}, {"say", "--count", "0"}, {"say", "--count", "x"}, {"say", "--loud"}, {"--quiet"}};
+      {},         {"shout"}, {"say", "--count"}, {"say", "--count", "0"}, {"say", "--count", "x"}, {"say", "--loud"},
+      {"--quiet"}};
   for (const auto& arguments : wrong) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, kExitWrongUsage) << ::testing::PrintToString(arguments);
@@ -125,7 +126,8 @@ TEST_F(RunProgram, HelpIsPrintedWithItsExample) {
 
 TEST_F(RunProgram, WhateverIsThrownIsOneLine) {
   const std::vector<std::pair<std::function<int()>, std::string>> throws{
-      {[]() -> int { throw InputError("a.lab", "41", "found x; expected y"); }, "program: a.lab:41: found x; expected y\n"},
+      {[]() -> int { throw InputError("a.lab", "41", "found x; expected y"); },
+       "program: a.lab:41: found x; expected y\n"},
       {[]() -> int { throw InputError("two\nlines\x01"); }, "program: two\\x0Alines\\x01\n"},
       {[]() -> int { throw InternalError("broken"); }, "program: internal error, please report it: broken\n"},
       {[]() -> int { throw std::bad_alloc(); }, "program: out of memory: the input is too large for this machine\n"},

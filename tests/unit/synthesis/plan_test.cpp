@@ -37,7 +37,8 @@ std::string randomWords(std::mt19937& random, std::size_t words, std::size_t fir
 
 Corpus randomCorpus(std::mt19937& random, std::size_t first_symbol = 0) {
   std::vector<std::string> lines;
-  for (std::size_t take = 0; take < 3 + random() % 4; ++take) lines.push_back(randomWords(random, 2 + random() % 5, first_symbol));
+  for (std::size_t take = 0; take < 3 + random() % 4; ++take)
+    lines.push_back(randomWords(random, 2 + random() % 5, first_symbol));
   return tinyCorpus(lines);
 }
 
@@ -58,7 +59,9 @@ void expectWhole(const SynthesisPlan& plan, std::size_t phone_count) {
   for (std::size_t i = 0; i < plan.segments.size(); ++i) {
     const Segment& own = plan.segments[i];
     EXPECT_LT(own.phones.first, own.phones.last);
-    if (own.unit) { EXPECT_EQ(own.unit->phones, own.phones); }
+    if (own.unit) {
+      EXPECT_EQ(own.unit->phones, own.phones);
+    }
     if (i == 0) continue;
     EXPECT_EQ(own.phones.first, plan.segments[i - 1].phones.last) << "neighbours share a phone";
     EXPECT_TRUE(own.unit || plan.segments[i - 1].unit) << "curves beside curves are one segment";

@@ -37,7 +37,8 @@ class CorpusVoiceTest : public ::testing::Test {
 };
 
 TEST_F(CorpusVoiceTest, SaysTheReadersPhonesOnItsOwnClock) {
-  for (const char* text : {"DH-AH T-AY-M IH-Z N-AW", "M-AE-N IH-Z T-EH-N", "N-AW | AY M-EH-N", "T-IY", "AH-P M-UW-N T-EH-N"}) {
+  for (const char* text :
+       {"DH-AH T-AY-M IH-Z N-AW", "M-AE-N IH-Z T-EH-N", "N-AW | AY M-EH-N", "T-IY", "AH-P M-UW-N T-EH-N"}) {
     const SpokenLine line = speak(text);
     const SpeechLabels read = samples::tinyLabels(text, 77);
     EXPECT_NO_THROW(expectConsistent(line.labels)) << text;

@@ -43,7 +43,7 @@ TEST(MakeVoice, ALexiconIsReadOrSaidToBeNot) {
                        [](const LabelledPhone& phone) { return phone.phone == Phone::kUW; });
   };
   for (const std::string& name : knownVoices()) {
-    if (name == "corpus") continue;  // chosen by what Festival says
+    if (name == "corpus") continue;                   // chosen by what Festival says
     if (languageOfVoice(name).tag != "en") continue;  // the words are English
     const SpokenLine line = makeVoice(name, {.lexicon = &lexicon})->speak("the time is it");
     const bool is_told = line.notice.find("the voice " + name + " reads no lexicon") != std::string::npos;
