@@ -20,9 +20,13 @@ constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there
 constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
 constexpr double kFades = 0.5;         ///< of it, on which that ends
 constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
-/// The chin goes along as far as this from a lip's outer edge, and by so much of the rim's way beside it: the walls of
-/// mouths, which thin lips lie close before, go along little.
-constexpr double kSkinReach = 0.45, kSkinShare = 0.12;
+/// Without teeth nothing but the lip tells an F: its outer edge goes by so much of what its rim is then over and behind
+/// it, so that thick lips and thin ones get thinner by the same share.
+constexpr double kThinnedUp = 0.3, kThinnedBack = 0.2;
+/// The chin goes along as far as this from a lip's outer edge, and by so much of that edge's way beside it: the walls
+/// of mouths, which thin lips lie close before, go along little. Without teeth the edge goes up further, and the chin
+/// with it, or it would bulge.
+constexpr double kSkinReach = 0.45, kSkinShare = 0.4, kToothlessSkinReach = 0.8;
 
 /// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
 bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
@@ -79,7 +83,8 @@ void LipTuck::takeSkin(const ControlMesh& control) {
     });
     if (nearest == pairs_.end() || control.rest(signedIndex(m), 1) > control.rest(nearest->lower_marker, 1)) continue;
     Target& target = targets_[unsignedIndex(nearest - pairs_.begin())];
-    const double share = kSkinShare * (1 - smoothStep(away(*nearest) / kSkinReach));
+    const double share = target.has_teeth ? kSkinShare * (1 - smoothStep(away(*nearest) / kSkinReach))
+                                          : 1 - smoothStep(away(*nearest) / kToothlessSkinReach);
     if (share > 0) target.skin.emplace_back(static_cast<int>(m), share);
   }
 }
@@ -98,7 +103,8 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
     const Eigen::Vector3d upper = control.rest.row(pair.upper_rim), lower = control.rest.row(pair.lower_rim);
     Eigen::Vector3d place;
     Target target;
-    if (edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, place)) {
+    target.has_teeth = edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, place);
+    if (target.has_teeth) {
       target.raised_to = place.y() + kShown * mouth_width_;
       place.y() -= kUnder * mouth_width_;
     } else {
@@ -117,20 +123,27 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
 
 void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const {
   for (std::size_t i = 0; i < gaps.size(); ++i) {
-    const auto& [raised_to, whole, skin] = targets_[i];
+    const auto& [raised_to, has_teeth, whole, skin] = targets_[i];
     const double share = gaps[i].tuck * whole;
     if (!(share > 0)) continue;
     const auto& [upper_rim, lower_rim, upper_marker, lower_marker] = pairs_[i];
     const double furthest = kFurthestTuck * mouth_width_;
-    Eigen::RowVector3d way = places_[i].transpose() - points.row(lower_rim);
-    way.x() = 0;
-    way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
-    points.row(lower_rim) += share * way;
-    points.row(lower_marker) += share * kMarkerShare * way;
-    for (const auto& [marker, goes_along] : skin) points.row(marker) += share * goes_along * way;
     const double lift = share * std::clamp(raised_to - points(upper_rim, 1), 0.0, furthest);
     points(upper_rim, 1) += lift;
     points(upper_marker, 1) += kMarkerShare * lift;
+    Eigen::RowVector3d way = places_[i].transpose() - points.row(lower_rim);
+    way.x() = 0;
+    // Teeth stay where they are; an upper lip that stands higher has its lower one behind it all the same.
+    if (!has_teeth) way.y() += std::max(0.0, points(upper_rim, 1) - raised_to);
+    way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
+    points.row(lower_rim) += share * way;
+    Eigen::RowVector3d edge_way = kMarkerShare * way;
+    if (!has_teeth) {
+      const Eigen::RowVector3d off = points.row(lower_rim) - points.row(lower_marker);
+      edge_way = {0, kThinnedUp * off.y(), kThinnedBack * std::min(off.z(), 0.0)};
+    }
+    points.row(lower_marker) += share * edge_way;
+    for (const auto& [marker, goes_along] : skin) points.row(marker) += share * goes_along * edge_way;
   }
 }
 

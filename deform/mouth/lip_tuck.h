@@ -11,11 +11,11 @@ namespace mouthpiece {
 
 /// Where the lower lip goes in F and V: its rim, just in front of where the lips meet, comes to lie under the edge of
 /// the upper teeth, and the upper lip is lifted off that edge. In a head without upper teeth the upper lip is raised by
-/// kRaised, and the lower one's rim goes kTuckedUp over and kTuckedBehind the place where the upper one's rests: from
-/// the front it is all but hidden under the upper lip (shares of the mouth's width). Immutable.
+/// kRaised, and the lower one's rim goes kTuckedUp over and kTuckedBehind the place where the upper one's rests (shares
+/// of the mouth's width): it is hidden behind the upper lip, and what one sees of the lower one is thinner. Immutable.
 class LipTuck {
  public:
-  static constexpr double kRaised = 0.05, kTuckedUp = 0.03, kTuckedBehind = 0.12;
+  static constexpr double kRaised = 0.04, kTuckedUp = 0.03, kTuckedBehind = 0.12;
 
   /// `mesh` stands upright.
   LipTuck(const FaceMesh& mesh, const ControlMesh& control);
@@ -31,9 +31,10 @@ class LipTuck {
   void takeSkin(const ControlMesh& control);
 
   struct Target {
-    double raised_to = 0;                        ///< the upper rim's height
+    double raised_to = 0;  ///< the upper rim's height
+    bool has_teeth = false;
     double share = 0;                            ///< how far the pair goes: not at the corners
-    std::vector<std::pair<int, double>> skin{};  ///< markers under the lip, and their shares of the lower rim's way
+    std::vector<std::pair<int, double>> skin{};  ///< markers under the lip, and their shares of the lower edge's way
   };
   std::vector<LipPair> pairs_;
   std::vector<Eigen::Vector3d> places_;

@@ -1,6 +1,7 @@
 // F and V, W and UW, on heads with teeth and without.
 #include "deform/mouth/lip_tuck.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -123,22 +124,42 @@ constexpr const char* kMakeHumanAnchors = R"({"markers": {
   "LIP_LO_MID": 492, "NOSE_TIP": 294, "CHIN_LOW": 1584, "CANTHUS_OUT_R": 1417, "CANTHUS_OUT_L": 3539,
   "EYE_IN_R": 2195, "EYE_IN_L": 4296}})";
 
-/// Seen from the side the lower lip's rim is behind the upper one's, from the front all but hidden under it.
+/// From the middle of the upper rim down to the lower lip's outer edge: what one sees of that lip, mm.
+double shownLowerLip(const Head& head, const VertexPositions& vertices) {
+  std::uint32_t edge = 0;
+  (head.mesh.vertices.cast<double>().rowwise() - head.file.control.rest.row(findPoint(head.file.control, "LIP_LO_MID")))
+      .rowwise()
+      .squaredNorm()
+      .minCoeff(&edge);
+  return head.mm() * (rimOf(head, vertices, LipSide::kUpper).y() - double{vertices(edge, 1)});
+}
+
+/// Seen from the side the lower lip's rim is behind the upper one's, from the front hidden behind it, and what one sees
+/// of the lower lip is thinner than in M, be it thick or thin.
 TEST(LipTuck, TucksTheLipBehindTheUpperOneWhereThereAreNoTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
   if (!fs::exists(test::kSharedFaces / "makehuman_male.obj"))
     GTEST_SKIP() << "MakeHuman's head is not beside the project";
-  const Head head = fitted(test::kSharedFaces / "makehuman_male.obj", kMakeHumanAnchors);
-  const double mouth = head.file.control.mouth_width;
-  const VertexPositions f = posed(head, 1), m = posed(head, 0);
-  const Eigen::RowVector3d lower = rimOf(head, f, LipSide::kLower), upper = rimOf(head, f, LipSide::kUpper);
-  EXPECT_LT(lower.z() - rimOf(head, m, LipSide::kLower).z(), -0.06 * mouth);
-  EXPECT_GT(lower.z() - rimOf(head, m, LipSide::kLower).z(), -0.15 * mouth);
-  EXPECT_LT(lower.z(), upper.z() - 0.03 * mouth) << "from the side it is no closed mouth";
-  EXPECT_GT(upper.y() - rimOf(head, m, LipSide::kUpper).y(), 0.02 * mouth) << "the upper lip is raised";
-  EXPECT_LT(upper.y() - lower.y(), 0.04 * mouth) << "and hides the lower one's rim";
-  const LipContactMeter meter(head.mesh, head.file.control);
-  EXPECT_LT(head.mm() * (meter.measure(f).overlap - meter.measure(head.mesh.vertices).overlap), 0.5);
+  std::vector<std::pair<std::string, std::string>> heads{{"makehuman_male.obj", kMakeHumanAnchors}};
+  for (const char* name : {"mh_african_female_young", "mh_asian_male_old", "ict_id14"})
+    heads.emplace_back(
+        fmt::format("more/{}.obj", name),
+        readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / fmt::format("tests/data/anchors/{}.anchors.json", name)));
+  for (const auto& [mesh_file, anchors] : heads) {
+    SCOPED_TRACE(mesh_file);
+    const Head head = fitted(test::kSharedFaces / mesh_file, anchors);
+    const double mouth = head.file.control.mouth_width;
+    const VertexPositions f = posed(head, 1), m = posed(head, 0);
+    const Eigen::RowVector3d lower = rimOf(head, f, LipSide::kLower), upper = rimOf(head, f, LipSide::kUpper);
+    EXPECT_LT(lower.z() - rimOf(head, m, LipSide::kLower).z(), -0.06 * mouth);
+    EXPECT_GT(lower.z() - rimOf(head, m, LipSide::kLower).z(), -0.15 * mouth);
+    EXPECT_LT(lower.z(), upper.z() - 0.01 * mouth) << "from the side it is no closed mouth";
+    EXPECT_GT(upper.y() - rimOf(head, m, LipSide::kUpper).y(), 0.02 * mouth) << "the upper lip is raised";
+    EXPECT_LT(upper.y() - lower.y(), 0.01 * mouth) << "and hides the lower one's rim";
+    EXPECT_LT(shownLowerLip(head, f), 0.92 * shownLowerLip(head, m)) << "which gets thinner";
+    const LipContactMeter meter(head.mesh, head.file.control);
+    EXPECT_LT(head.mm() * (meter.measure(f).overlap - meter.measure(head.mesh.vertices).overlap), 0.5);
+  }
 }
 
 /// How far forward the tuck takes the skin of the chin, in the middle, mm.
