@@ -186,8 +186,10 @@ void Summary::tellOfSkin(const WorstRows& worst, FaceJudgement& found) const {
          turned.turned, worst.turned);
   if (found.jump_ratio > limitNamed("vertex jump"))
     tell(found, "vertex jump",
-         fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as its markers",
-                     head_.placeOf(static_cast<std::uint32_t>(jumped.jump.item)), jumped.jump_mm, found.jump_ratio),
+         fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as {}",
+                     head_.placeOf(static_cast<std::uint32_t>(jumped.jump.item)), jumped.jump_mm,
+                     (jumped.jumps_past_all ? kOfAnyMarker : 1) * found.jump_ratio,
+                     jumped.jumps_past_all ? "any marker" : "its markers"),
          head_.trianglesAt(jumped.jumped), worst.jump);
   if (100 * found.motion_share < limitNamed("motion"))
     tell(found, "motion", fmt::format("the skin moves {:.0f} % of what the markers on it do", 100 * found.motion_share),

@@ -217,12 +217,21 @@ void JudgedHead::lookAtStep(const VertexPositions& before, const VertexPositions
     steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
     by_themselves.push_back(opposite_of_[p].empty() ? 0 : told);
   }
+  double furthest = kLeastStepMm;
+  for (std::size_t marker = 0; marker < face_.control.marker_count; ++marker)
+    furthest = std::max(furthest, marker_step(static_cast<int>(marker)));
   const double most = limitNamed("vertex jump");
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
-    const double ratio = (step - by_themselves[unsignedIndex(patch_[v])]) / steps[unsignedIndex(patch_[v])];
-    if (ratio > seen.jump.value) seen.jump_mm = step;
+    const double way = step - by_themselves[unsignedIndex(patch_[v])];
+    // Both lips' markers are no leave to go much further than any marker of the face.
+    const double of_its_markers = way / steps[unsignedIndex(patch_[v])], of_any = way / (kOfAnyMarker * furthest);
+    const double ratio = std::max(of_its_markers, of_any);
+    if (ratio > seen.jump.value) {
+      seen.jump_mm = step;
+      seen.jumps_past_all = of_any > of_its_markers;
+    }
     seen.jump.take(ratio, v);
     if (ratio > most) seen.jumped.push_back(v);
     if (ratio > kTearsFrom * most) seen.torn.push_back(v);

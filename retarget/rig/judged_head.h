@@ -22,12 +22,16 @@ struct WorstSeen {
   }
 };
 
+/// A vertex may go so many times as far beside the furthest marker of the face as beside its own ones.
+constexpr double kOfAnyMarker = 1.5;
+
 /// What one pose shows: vertices and triangles are the welded mesh's, millimetres as FaceJudgement has them.
 struct PoseSeen {
   LipContact contact;  ///< the mesh's unit
   bool is_measured = false;
   WorstSeen ratio, growth, jump;  ///< items: edges, edges, vertices
   double growth_mm = 0, jump_mm = 0, turned_mm2 = 0;
+  bool jumps_past_all = false;  ///< `jump` is told by the furthest of all markers, divided by kOfAnyMarker
   std::vector<std::uint32_t> turned, stretched, jumped, torn;
   double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
 };
@@ -54,7 +58,7 @@ class JudgedHead {
   void lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const;
   /// How far skin and markers are from rest in frame `row`.
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
-  /// How far vertices go from frame row - 1 to `row`, beside their markers.
+  /// How far vertices go from frame row - 1 to `row`, beside their markers, and beside any.
   void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
                   std::span<const LipPose> lips, PoseSeen& seen) const;
   /// Adds what is found of the warp.
