@@ -75,10 +75,8 @@ std::vector<PhoneSegment> ToldWords::phonesOf(const std::vector<TranscriptWord>&
   told.push_back({words, span});
   std::vector<PhoneSegment> segments;
   try {
-    const SpeechLabels labels =
-        state_->aligner
-            .align(state_->soundIn({told.front().span.start - kBefore, span.end + kAfter}), together, "a word")
-            .labels;
+    const SpeechLabels labels = state_->aligner.labelsOf(
+        state_->soundIn({told.front().span.start - kBefore, span.end + kAfter}), together, "a word");
     for (const LabelledPhone& phone : labels.phones) {
       if (phone.phone == Phone::kSil || !phone.word || *phone.word < before) continue;
       PhoneSegment segment{.phone = phone.phone, .span = phone.span, .word = first_word + *phone.word - before};

@@ -277,23 +277,43 @@ ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<T
   return align(SamplesToHear(audio), audio.duration(), words, name, kind, times);
 }
 
-ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts,
-                                     const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
-                                     BorderTimes times) {
+/// What is known of words before they are judged.
+struct ForcedAligner::Placed {
+  ForcedAlignment alignment;
+  std::vector<DecodedPhone> decoded;
+  std::vector<SoundStretch> stretches;
+};
+
+ForcedAligner::Placed ForcedAligner::place(const SamplesToHear& to_hear, Seconds lasts,
+                                           const std::vector<TranscriptWord>& words, std::string_view name,
+                                           SpeechKind kind, BorderTimes times) {
   const std::span<const std::int16_t> samples = to_hear.all();
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
-  const std::vector<SoundStretch> stretches = findSpeech(samples);
+  std::vector<SoundStretch> stretches = findSpeech(samples);
   to_hear.letGo();
   refuseWhereNobodySpeaks(stretches, kind, name);
-  const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
+  std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(lasts, words, name);
   const bool is_spoken = kind == SpeechKind::kSpoken;
   LabelWriter writer(words, lasts, language_);
   std::vector<DecodedPhone> placed = is_spoken ? withWholeSilences(decoded) : decoded;
   if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_);
   for (const DecodedPhone& phone : placed) writer.add(phone);
-  ForcedAlignment alignment = writer.finish();
-  if (!is_spoken) return alignment;
+  return {writer.finish(), std::move(decoded), std::move(stretches)};
+}
+
+SpeechLabels ForcedAligner::labelsOf(const AudioClip& audio, const std::vector<TranscriptWord>& words,
+                                     std::string_view name) {
+  return place(SamplesToHear(audio), audio.duration(), words, name, SpeechKind::kSpoken, BorderTimes::kFine)
+      .alignment.labels;
+}
+
+ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts,
+                                     const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
+                                     BorderTimes times) {
+  auto [alignment, decoded, stretches] = place(to_hear, lasts, words, name, kind, times);
+  if (kind != SpeechKind::kSpoken) return std::move(alignment);
+  const std::span<const std::int16_t> samples = to_hear.all();
   if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
   Believed believed = &language_ == &english() ? doubt_->judge(decoded, samples) : doubt_->judgeLines(decoded, samples);
   if (believed.words.size() == alignment.confidence.size()) {
@@ -302,7 +322,7 @@ ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts
   }
   doubtLinesOutsideSpeech(stretches, alignment);
   to_hear.letGo();
-  return alignment;
+  return std::move(alignment);
 }
 
 }  // namespace mouthpiece

@@ -71,8 +71,14 @@ class ForcedAligner : public Aligner {
   /// in it. `lasts`: how long it is.
   ForcedAlignment align(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
                         std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine);
+  /// align()'s labels of spoken words alone: judging how far these are believed takes more than half of its time.
+  SpeechLabels labelsOf(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name);
 
  private:
+  struct Placed;
+  Placed place(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
+               std::string_view name, SpeechKind kind, BorderTimes times);
+
   const Language& language_;
   std::unique_ptr<PhoneDecoder> decoder_;
   std::unique_ptr<TextDoubt> doubt_;  ///< made when the first text is judged

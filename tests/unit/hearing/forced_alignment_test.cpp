@@ -231,7 +231,13 @@ TEST(ForcedAligner, TheSameSoundGivesTheSameLabelsAgain) {
   aligner.align(line.audio, pronouncer.wordsOf("blue sheep"), "other");
   const SpeechLabels again = aligner.align(line.audio, words, "a").labels;
   ASSERT_EQ(first.phones.size(), again.phones.size());
-  for (std::size_t i = 0; i < first.phones.size(); ++i) EXPECT_EQ(first.phones[i].span, again.phones[i].span);
+  const SpeechLabels unjudged = aligner.labelsOf(line.audio, words, "a");
+  ASSERT_EQ(first.phones.size(), unjudged.phones.size());
+  for (std::size_t i = 0; i < first.phones.size(); ++i) {
+    EXPECT_EQ(first.phones[i].span, again.phones[i].span);
+    EXPECT_EQ(first.phones[i].span, unjudged.phones[i].span);
+    EXPECT_EQ(first.phones[i].phone, unjudged.phones[i].phone);
+  }
 }
 
 TEST(ForcedAligner, AgreesWithTheRealSpeakersLabels) {
