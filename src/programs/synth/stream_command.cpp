@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <chrono>
@@ -15,6 +16,7 @@
 #include "base/text_numbers.h"
 #include "programs/synth/commands.h"
 #include "programs/synth/stream_ends.h"
+#include "programs/synth/stream_words.h"
 
 namespace mouthpiece {
 namespace {
@@ -27,11 +29,12 @@ struct StreamOptions : SharedOptions {
   double look_ahead_ms = 200;
   bool is_float = false, is_stamped = false;
   StreamLabels labels = StreamLabels::kNone;
-  std::string text_file;
+  std::string text_file, words_file;
   StreamFormat format = StreamFormat::kJson;
   StreamRows rows = StreamRows::kArkit;
   std::string to = "127.0.0.1:11111", subject = "Mouthpiece", sound_file;
   bool real_time = false;
+  std::optional<double> delay_ms;
 };
 
 template <typename Value>
@@ -76,6 +79,20 @@ void addOptions(CLI::App& app, StreamOptions& options) {
       app.add_option("--text-file", options.text_file,
                      "In place of sound: text that the voice speaks sentence by sentence; - is standard input");
   text->excludes(labels)->excludes(stamped)->excludes(own_voice);
+  app.add_option_function<std::string>(
+         "--times",
+         [&options](const std::string& file) {
+           if (file == "-")
+             throw CLI::ValidationError("--times", "found '-', where the sound is read; expected a file or a pipe");
+           options.words_file = file;
+         },
+         "Beside the sound: the words that are said in it, lines of START END WORD in seconds as they come, a file or "
+         "a named pipe")
+      ->type_name("FILE")
+      ->excludes(labels)
+      ->excludes(stamped)
+      ->excludes(own_voice)
+      ->excludes(text);
   app.add_option("--look-ahead", options.look_ahead_ms, "Milliseconds that a frame knows of what follows, 50 to 5000")
       ->check(CLI::Range(50.0, 5000.0))
       ->capture_default_str();
@@ -93,6 +110,11 @@ void addOptions(CLI::App& app, StreamOptions& options) {
   app.add_option("--sound", options.sound_file, "The voice's sound, a WAV that grows")->needs(text);
   app.add_flag("--real-time", options.real_time,
                "A frame when its time comes, and one in which the mouth comes to rest where it is not known");
+  app.add_option(
+         "--delay", options.delay_ms,
+         "With it: milliseconds that the first frame waits once it is known, so that what is told late is still "
+         "in time (default: 0; with --times 700)")
+      ->check(CLI::Range(0.0, 60000.0));
   addSharedOptions(app, options);
 }
 
@@ -107,6 +129,13 @@ std::unique_ptr<StreamOutput> outputFor(const StreamOptions& options) {
   }
 }
 
+std::vector<float> asFloats(const std::vector<std::int16_t>& samples) {
+  std::vector<float> real(samples.size());
+  std::transform(samples.begin(), samples.end(), real.begin(),
+                 [](std::int16_t sample) { return static_cast<float>(sample) / 32768.0F; });
+  return real;
+}
+
 /// Feeds a stream until the input ends. So much is made ahead of what is pulled, at most.
 class StreamFeeder {
  public:
@@ -118,10 +147,15 @@ class StreamFeeder {
     } else if (options_.labels != StreamLabels::kNone) {
       feedLabels();
     } else {
+      if (!options_.words_file.empty())
+        words_.emplace(options_.words_file, stream_, options_.live, options_.real_time, is_stopped_);
       feedSound();
+      if (words_) words_->finish();
     }
     stream_.finish();
   }
+  /// Of the words beside sound; once run() has returned.
+  [[nodiscard]] std::size_t wordsWithoutSound() const { return words_ ? words_->withoutSound() : 0; }
   /// The other thread has given up.
   void stop() { is_stopped_ = true; }
 
@@ -226,11 +260,13 @@ class StreamFeeder {
         for (std::size_t k = 4; k-- > 0;) bits = bits << 8U | data[4 * i + k];
         samples[i] = std::bit_cast<float>(bits);
       }
+      if (words_) return words_->pushSound(samples);
       at ? stream_.push(std::span<const float>(samples), *at) : stream_.push(std::span<const float>(samples));
     } else {
       std::vector<std::int16_t> samples(bytes.size() / 2);
       for (std::size_t i = 0; i < samples.size(); ++i)
         samples[i] = static_cast<std::int16_t>(static_cast<std::uint16_t>(data[2 * i] | data[2 * i + 1] << 8));
+      if (words_) return words_->pushSound(asFloats(samples));
       at ? stream_.push(std::span<const std::int16_t>(samples), *at)
          : stream_.push(std::span<const std::int16_t>(samples));
     }
@@ -238,11 +274,18 @@ class StreamFeeder {
 
   const StreamOptions& options_;
   LiveStream& stream_;
+  std::optional<WordsBesideSound> words_;
   std::atomic<bool> is_stopped_ = false;
 };
 
+/// Words are told when they end, a long one later than those before it.
+constexpr double kDelayOfWordsMs = 700;
+
 /// Frames as they are known, or each at its time.
-void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
+void writeFrames(LiveStream& stream, StreamOutput& output, const StreamOptions& options) {
+  const bool real_time = options.real_time;
+  const std::chrono::duration<double, std::milli> delay(
+      options.delay_ms.value_or(options.words_file.empty() ? 0 : kDelayOfWordsMs));
   using Clock = std::chrono::steady_clock;
   std::optional<Clock::time_point> begun;
   std::size_t written = 0;
@@ -258,26 +301,41 @@ void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }
-    if (real_time && !begun) begun = Clock::now();
+    if (real_time && !begun) {
+      std::this_thread::sleep_for(delay);
+      begun = Clock::now();
+    }
     output.write(*frame);
     ++written;
     if (real_time) std::fflush(stdout);
   }
 }
 
-void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
+void tellCounts(const LiveCounts& counts, std::size_t words_without_sound, const StreamOptions& options) {
   if (counts.words_missed > 0)
     printNotice(fmt::format("warning: words were not heard {} times in which the network failed or took too long; "
                             "phones were heard there",
                             counts.words_missed),
                 options.quiet);
+  if (words_without_sound > 0)
+    printNotice(
+        fmt::format("warning: words that were said before all their sound had come: {}; their phones are as long "
+                    "as they usually are",
+                    words_without_sound),
+        options.quiet);
   if (options.quiet && !options.json) return;
   if (options.json) {
-    const nlohmann::json facts{{"frames", counts.frames},     {"frames_at_rest", counts.frames_at_rest},
-                               {"chunks", counts.chunks},     {"dropped", counts.dropped},
-                               {"late", counts.late},         {"doubled", counts.doubled},
-                               {"restarts", counts.restarts}, {"unusable_samples", counts.unusable_samples},
-                               {"missing_s", counts.missing}, {"words_missed", counts.words_missed}};
+    const nlohmann::json facts{{"frames", counts.frames},
+                               {"frames_at_rest", counts.frames_at_rest},
+                               {"chunks", counts.chunks},
+                               {"dropped", counts.dropped},
+                               {"late", counts.late},
+                               {"doubled", counts.doubled},
+                               {"restarts", counts.restarts},
+                               {"unusable_samples", counts.unusable_samples},
+                               {"missing_s", counts.missing},
+                               {"words_missed", counts.words_missed},
+                               {"words_without_sound", words_without_sound}};
     std::fputs((facts.dump() + "\n").c_str(), stderr);
     return;
   }
@@ -290,10 +348,13 @@ void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
 int runStream(const StreamOptions& given) {
   StreamOptions options = given;
   options.live.look_ahead = options.look_ahead_ms / 1000;
-  if (options.labels != StreamLabels::kNone) options.live.source = LiveOptions::Source::kLabels;
+  if (options.labels != StreamLabels::kNone || !options.words_file.empty())
+    options.live.source = LiveOptions::Source::kLabels;
   if (!options.text_file.empty()) options.live.source = LiveOptions::Source::kText;
   options.speaker.with_face = options.format == StreamFormat::kRows && options.rows == StreamRows::kVertices;
   options.live.arkit = options.format != StreamFormat::kRows || options.rows == StreamRows::kArkit;
+  if (options.delay_ms && !options.real_time)
+    throw InputError("--delay", "", "has nothing to delay; expected --real-time beside it");
   if (options.text_file != "-" && options.text_file.empty() && isatty(STDIN_FILENO) != 0)
     throw InputError("stdin", "", "is a terminal; expected sound, or labels with --labels");
   const Speaker speaker(options.speaker);
@@ -314,7 +375,7 @@ int runStream(const StreamOptions& given) {
     }
   });
   try {
-    writeFrames(stream, *output, options.real_time);
+    writeFrames(stream, *output, options);
   } catch (...) {
     feeder.stop();
     feeding.join();
@@ -322,7 +383,7 @@ int runStream(const StreamOptions& given) {
   }
   feeding.join();
   std::fflush(stdout);
-  tellCounts(stream.counts(), options);
+  tellCounts(stream.counts(), feeder.wordsWithoutSound(), options);
   if (failed) std::rethrow_exception(failed);
   return kExitDone;
 }
@@ -333,7 +394,8 @@ Command streamCommand() {
   return makeCommand<StreamOptions>("stream", "Moves a face while the line is being said (also: synth --stream).",
                                     "arecord -f S16_LE -r 16000 -t raw | synth --stream --as livelink --real-time\n"
                                     "synth --stream --text-file - --voice flite:slt --sound talk.wav < book.txt\n"
-                                    "synth --stream --labels phones < phones.txt",
+                                    "synth --stream --labels phones < phones.txt\n"
+                                    "synth --stream --times words.txt < talk.raw",
                                     addOptions, runStream);
 }
 

@@ -1,5 +1,6 @@
 // synth --stream: what comes in on standard input goes out as frames.
 #include <arpa/inet.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "phonetics/labels/textgrid.h"
 #include "programs/synth/stream_ends.h"
 #include "support/error_of.h"
 #include "support/run_program.h"
@@ -182,6 +184,99 @@ TEST_F(Streaming, LabelsAndTextBecomeFrames) {
   EXPECT_EQ(run("--text-file - --voice flite:slt", " \n").exit_code, 1);
 }
 
+/// Root mean square of what rows of `width` floats differ by, up to the shorter one's end.
+double rmsDifference(const std::string& a, const std::string& b) {
+  const std::size_t count = std::min(a.size(), b.size()) / 4;
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<float, 2> values{};
+    std::memcpy(&values[0], a.data() + 4 * i, 4);
+    std::memcpy(&values[1], b.data() + 4 * i, 4);
+    sum += std::pow(static_cast<double>(values[0]) - static_cast<double>(values[1]), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+class StreamingWords : public Streaming {
+ protected:
+  void SetUp() override {
+    Streaming::SetUp();
+    if (IsSkipped()) return;
+    const std::string synth = (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string();
+    const ProgramResult said = runProgram(synth,
+                                          {"--quiet", "--voice", "flite:slt", "--text", "My mother met Bob at my home.",
+                                           "-o", "said.TextGrid", "-o", "said.wav"},
+                                          scratch_.path());
+    ASSERT_EQ(said.exit_code, 0) << said.err;
+    const SpeechLabels labels = readTextGrid(scratch_.path() / "said.TextGrid");
+    for (const LabelledPhone& phone : labels.phones) {
+      const std::string span = fmt::format("{} {} ", phone.span.start, phone.span.end);
+      phones_ += span + std::string(phoneName(phone.phone)) + (phone.word ? fmt::format(" {}\n", *phone.word) : "\n");
+    }
+    for (const LabelledWord& word : labels.words)
+      words_ += fmt::format("{} {} {}\n", labels.phones[word.phones.first.value].span.start,
+                            labels.phones[word.phones.last.value].span.end, word.text);
+    const std::string wav = readAll(scratch_.path() / "said.wav");
+    sound_ = wav.substr(44);
+  }
+  std::string sound_, words_, phones_;
+};
+
+TEST_F(StreamingWords, AreSaidAsTheirSoundTells) {
+  const std::string told = "--times " + scratch_.write("words.txt", words_).string();
+  const std::string options = " --as rows --rows markers --look-ahead 1000 --json";
+  const ProgramResult heard = run(told + options, sound_);
+  ASSERT_EQ(heard.exit_code, 0) << heard.err;
+  EXPECT_NE(heard.err.find("\"words_without_sound\":0"), std::string::npos) << heard.err;
+  const std::string unheard = run("--labels words" + options, words_).out;
+  const std::string known = run("--labels phones" + options, phones_).out;
+  const double off_mm = rmsDifference(heard.out, known);
+  EXPECT_GT(off_mm, 0);
+  EXPECT_LT(off_mm, 0.8 * rmsDifference(unheard, known));
+  constexpr std::size_t kRow = 4 * 199;
+  const auto frames = static_cast<std::size_t>(std::ceil(static_cast<double>(sound_.size()) / 2 / 16000 * 60 - 1e-6));
+  EXPECT_EQ(heard.out.size(), frames * kRow) << "the frames last as long as the sound";
+}
+
+TEST_F(StreamingWords, ComeThroughAPipeWhenTheyAreSaid) {
+  // Sound and words as they are said; each word 30 ms after its end.
+  const fs::path words = scratch_.write("words.txt", words_), sound = scratch_.write("sound", sound_);
+  const fs::path pace = scratch_.write("pace.sh", R"sh(words=$1; sound=$2; shift 2
+mkfifo told
+(begun=$(date +%s%N)
+while read -r start end word; do
+  sleep "$(echo "$end $begun $(date +%s%N)" | awk '{s = $1 + 0.03 - ($3 - $2) / 1e9; print s > 0 ? s : 0}')"
+  echo "$start $end $word"
+done < "$words" > told) &
+(while :; do
+  dd bs=640 count=5 iflag=fullblock status=none > piece
+  test -s piece || break
+  cat piece
+  sleep 0.1
+done) < "$sound" | "$@"
+)sh");
+  const std::string synth = (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string();
+  const ProgramResult result = runProgram("/bin/sh",
+                                          {pace.string(), words.string(), sound.string(), synth, "--stream", "--times",
+                                           "told", "--as", "rows", "--real-time", "--json", "--delay", "3000"},
+                                          scratch_.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("\"words_without_sound\":0"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("\"frames_at_rest\":0"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("\"late\":0"), std::string::npos) << result.err;
+}
+
+TEST_F(StreamingWords, ThatWaitLongerThanFramesCanAreSaidWithoutSound) {
+  // No sound comes but silence of a second: the words behind it are said when the sound ends, or in time.
+  const fs::path words = scratch_.write("words.txt", "0.2 0.5 hello\n5 5.5 world\n");
+  const ProgramResult result = run("--times " + words.string() + " --as rows --json", std::string(32000, '\0'));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("\"words_without_sound\":1"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("words that were said before all their sound had come: 1"), std::string::npos)
+      << result.err;
+  EXPECT_EQ(result.out.size(), 330U * 4 * 53);
+}
+
 TEST_F(Streaming, DatagramsReachWhoListens) {
   const int listening = socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
@@ -249,6 +344,10 @@ TEST_F(Streaming, BadInputIsOneLine) {
            {"--as livelink --to 127.0.0.1:99999", someSound(), "expected HOST:PORT"},
            {"--method curves", someSound(), "by the method guided"},
            {"--text-file missing.txt", "", "missing.txt: cannot be read"},
+           {"--times missing.txt", someSound(), "missing.txt: cannot be read"},
+           {"--times input", "0.1 0.2\n", "input:1: found '0.1 ...'; expected START END WORD in seconds"},
+           {"--times input", "# words\n0.2 0.1 no\n", "input:2: "},
+           {"--delay 100", someSound(), "--delay: has nothing to delay; expected --real-time beside it"},
            {"--labels phones", "0 1 QQQ\n", "stdin:1: found the phone 'QQQ'"}}) {
     const ProgramResult result = run(arguments, input);
     EXPECT_EQ(result.exit_code, 1) << arguments;
@@ -257,6 +356,8 @@ TEST_F(Streaming, BadInputIsOneLine) {
   }
   EXPECT_EQ(run("--pcm-rate 8000", "").exit_code, 2);
   EXPECT_EQ(run("--look-ahead 1", "").exit_code, 2);
+  EXPECT_EQ(run("--times -", "").exit_code, 2);
+  EXPECT_EQ(run("--times input --labels words", "").exit_code, 2);
   EXPECT_EQ(run("", "").exit_code, 0) << "no sound, no frames";
 }
 

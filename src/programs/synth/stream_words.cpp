@@ -1,0 +1,105 @@
+#include "programs/synth/stream_words.h"
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "base/text_numbers.h"
+#include "mouthpiece/errors.h"
+#include "programs/synth/stream_ends.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Frames and sound are looked at so often.
+void waitAWhile() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
+
+constexpr Seconds kAhead = 2.0;       ///< so much is said ahead of what is pulled
+constexpr Seconds kSoundAhead = 10;   ///< of what is said: a stream keeps the last half a minute
+constexpr Seconds kResampled = 0.05;  ///< after a word its last sound has been resampled, too
+
+}  // namespace
+
+WordsBesideSound::WordsBesideSound(std::string file, LiveStream& stream, const LiveOptions& options, bool in_real_time,
+                                   const std::atomic<bool>& is_stopped)
+    : file_(std::move(file)), stream_(stream), options_(options), in_real_time_(in_real_time), is_stopped_(is_stopped) {
+  reading_ = std::thread([this] {
+    try {
+      readWords();
+    } catch (...) {
+      failed_ = std::current_exception();
+    }
+    is_saying_ = false;
+    is_read_ = true;
+  });
+}
+
+WordsBesideSound::~WordsBesideSound() {
+  is_over_ = true;
+  if (reading_.joinable()) reading_.join();
+}
+
+Seconds WordsBesideSound::shownUntil() const {
+  return static_cast<double>(stream_.counts().frames) / stream_.frameRateHz();
+}
+
+Seconds WordsBesideSound::heardUntil() const { return static_cast<double>(samples_) / options_.sample_rate_hz; }
+
+bool WordsBesideSound::waitForSound(const TimeSpan& span) {
+  const auto is_needed = [&] {
+    const Seconds shown = shownUntil();
+    return in_real_time_ && shown > 0 && shown + options_.look_ahead >= span.start;
+  };
+  while (heardUntil() < span.end + kResampled && !has_all_sound_ && !is_needed()) {
+    if (is_over_) return false;
+    waitAWhile();
+  }
+  return !is_over_;
+}
+
+void WordsBesideSound::readWords() {
+  InputLines lines(file_, is_over_);
+  std::vector<std::string> fields;
+  while (const std::optional<std::string> line = lines.next()) {
+    if (!splitLabel(*line, fields)) continue;
+    const std::optional<double> start = parseNumber(fields[0]);
+    const std::optional<double> end = fields.size() > 1 ? parseNumber(fields[1]) : std::nullopt;
+    const std::string place = std::to_string(lines.lineNumber());
+    if (!start || !end || fields.size() < 3)
+      throw InputError(file_, place, "found '" + fields[0] + " ...'; expected START END WORD in seconds");
+    const TimeSpan span{*start, *end};
+    if (!waitForSound(span)) return;
+    is_saying_ = true;
+    const bool has_sound = heardUntil() >= span.end;
+    try {
+      const std::scoped_lock lock(pushing_);
+      stream_.push(fields[2], span);
+    } catch (const InputError& error) {
+      throw InputError(file_, place, error.what());
+    }
+    if (!has_sound) ++without_sound_;
+    while (!is_over_ && stream_.saidUntil() > shownUntil() + kAhead + options_.look_ahead) waitAWhile();
+    is_saying_ = false;
+  }
+}
+
+void WordsBesideSound::pushSound(std::span<const float> samples) {
+  while (is_saying_ && !is_stopped_ && heardUntil() > stream_.saidUntil() + kSoundAhead) waitAWhile();
+  if (is_read_ && failed_) finish();
+  {
+    const std::scoped_lock lock(pushing_);
+    stream_.pushSoundOfWords(samples);
+  }
+  samples_ += samples.size();
+}
+
+void WordsBesideSound::finish() {
+  has_all_sound_ = true;
+  while (!is_read_ && !is_stopped_) waitAWhile();
+  is_over_ = true;
+  reading_.join();
+  if (failed_) std::rethrow_exception(failed_);
+  if (!is_stopped_ && heardUntil() > stream_.saidUntil()) stream_.silence(heardUntil());
+}
+
+}  // namespace mouthpiece
