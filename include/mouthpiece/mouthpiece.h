@@ -77,6 +77,9 @@ MOUTHPIECE_API size_t mouthpiece_marker_count(const mouthpiece_performance* perf
 MOUTHPIECE_API const char* mouthpiece_marker_name(const mouthpiece_performance* performance, size_t marker);
 MOUTHPIECE_API size_t mouthpiece_warning_count(const mouthpiece_performance* performance);
 MOUTHPIECE_API const char* mouthpiece_warning(const mouthpiece_performance* performance, size_t warning);
+/* What is no doubt, but worth telling. Null beyond the last. */
+MOUTHPIECE_API size_t mouthpiece_notice_count(const mouthpiece_performance* performance);
+MOUTHPIECE_API const char* mouthpiece_notice(const mouthpiece_performance* performance, size_t notice);
 /* Apple's name of an ARKit shape, 0 to 51; null beyond. */
 MOUTHPIECE_API const char* mouthpiece_arkit_name(size_t shape);
 /* Writes a file whose kind follows from its ending: .glb, .wav, .c3d, arkit.csv, report.json ... */

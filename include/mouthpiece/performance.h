@@ -47,6 +47,8 @@ class MOUTHPIECE_API Performance {
   [[nodiscard]] const std::vector<PerformedUnit>& units() const;
   /// What makes the line doubtful, for the user.
   [[nodiscard]] const std::vector<std::string>& warnings() const;
+  /// What is no doubt, but worth telling: what of subtitles is not said.
+  [[nodiscard]] const std::vector<std::string>& notices() const;
   /// Words whose sounds were guessed: give them with a lexicon if they are wrong.
   [[nodiscard]] const std::vector<GuessedWord>& guesses() const;
   /// report.json (docs/formats/report.md).

@@ -170,6 +170,7 @@ constexpr Field kFields[] = {
     {"style", [](const Told& told) -> ordered_json { return told.animation.style; }},
     {"mouth", mouthOf},
     {"warnings", [](const Told& told) -> ordered_json { return told.animation.warnings; }},
+    {"notices", [](const Told& told) -> ordered_json { return told.animation.notices; }},
     {"timing_ms", [](const Told& told) { return timingOf(told.timing); }},
     {"real_time_factor", [](const Told& told) -> ordered_json { return realTimeFactor(told); }}};
 

@@ -209,6 +209,14 @@ const char* mouthpiece_warning(const mouthpiece_performance* performance, size_t
                                                          : nullptr;
 }
 
+size_t mouthpiece_notice_count(const mouthpiece_performance* performance) {
+  return performance == nullptr ? 0 : performance->performance.notices().size();
+}
+
+const char* mouthpiece_notice(const mouthpiece_performance* performance, size_t notice) {
+  return notice < mouthpiece_notice_count(performance) ? performance->performance.notices()[notice].c_str() : nullptr;
+}
+
 // The names are literals, so they end in 0.
 const char* mouthpiece_arkit_name(size_t shape) {
   return shape < kArkitNames.size() ? kArkitNames[shape].data() : nullptr;

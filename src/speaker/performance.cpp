@@ -367,6 +367,7 @@ const std::vector<Curve>& Performance::curves() const { return data_->shownCurve
 const std::vector<PerformedUnit>& Performance::units() const { return data_->shownUnits(); }
 const std::vector<GuessedWord>& Performance::guesses() const { return data_->guesses; }
 const std::vector<std::string>& Performance::warnings() const { return data_->animation.warnings; }
+const std::vector<std::string>& Performance::notices() const { return data_->animation.notices; }
 std::string Performance::report() const { return data_->report(); }
 bool Performance::hasFace() const { return data_->face.has_value(); }
 

@@ -140,6 +140,7 @@ struct Speaker::Data {
   std::shared_ptr<WordNetwork> word_network;  ///< when the first of either comes
   std::optional<LikelyWords> likely_words;    ///< of the corpus, when the first line comes that lacks some
   std::vector<double> heard_confidence;       ///< of the phones of the recording that was recognised last
+  std::vector<std::string> heard_notices;     ///< of the same
   double load_ms = 0;
   std::string edits;  ///< JSON, as the file has them
 
@@ -227,6 +228,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
   line.labels = std::move(heard.labels);
   line.text = std::move(heard.text);
   heard_confidence = std::move(heard.confidence);
+  heard_notices = std::move(heard.notices);
   for (const std::string& warning : heard.warnings) line.notice += (line.notice.empty() ? "" : "; ") + warning;
   line.voice = "recorded:" + source.audio.filename().string();
   return line;
@@ -342,10 +344,6 @@ std::vector<std::string> Speaker::Data::remarksOn(const UtteranceAnimation& anim
     remark(fmt::format("{} is untuned: its times and lips were never measured (languages: {})", language->name,
                        tunedLanguages()));
   remark(unknownSymbols(animation.labels));
-  if (!animation.head.empty() && face && isGlb(face->data().meshPath()))
-    remark(
-        "the head's motion is in films and in Live Link's CSV; a head that came as GLB has a skeleton of its own and "
-        "stays as it is there");
   remark(sound.line.notice);
   remarks.insert(remarks.end(), sound.warnings.begin(), sound.warnings.end());
   constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
@@ -409,6 +407,7 @@ LiveStream Speaker::live(const LiveOptions& options) const {
 Performance Speaker::perform(const Line& given) {
   double speech_ms = 0;
   data_->heard_confidence.clear();
+  data_->heard_notices.clear();
   const LineEdits& edits = data_->synthesis.edits;
   std::vector<std::string> doubts;
   Line line = given;
@@ -450,13 +449,18 @@ Performance Speaker::perform(const Line& given) {
     if (const std::string_view reason = whyNotPacked(again); reason.empty()) {
       made->to_make_again = std::move(again);
     } else {
-      doubts.push_back(fmt::format("the page cannot make this line again by itself: {}", reason));
+      animation.notices.push_back(fmt::format("the page cannot make this line again by itself: {}", reason));
     }
   }
   await_face();
   std::vector<std::string> remarks = data_->remarksOn(animation, line, request, sound);
   animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
   animation.warnings.insert(animation.warnings.end(), remarks.begin(), remarks.end());
+  animation.notices.insert(animation.notices.begin(), data_->heard_notices.begin(), data_->heard_notices.end());
+  if (!animation.head.empty() && data_->face && isGlb(data_->face->data().meshPath()))
+    animation.notices.emplace_back(
+        "the head's motion is in films and in Live Link's CSV; a head that came as GLB has a skeleton of its own and "
+        "stays as it is there");
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())

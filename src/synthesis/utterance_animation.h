@@ -82,6 +82,7 @@ struct UtteranceAnimation {
   MouthFacts mouth;
   std::string style;                  ///< "speech" "sing": made of curves alone; "" of units
   std::vector<std::string> warnings;  ///< what makes the line doubtful, for the user
+  std::vector<std::string> notices;   ///< what is no doubt, but worth telling
   StageTimings timing_ms;
 };
 

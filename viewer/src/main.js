@@ -32,7 +32,8 @@ class Page {
     this.takes = new Takes(report);
     showHeading(data);
     this.warnings = report.warnings ?? [];
-    showDoubts(this.warnings);
+    this.notices = report.notices ?? [];
+    showDoubts(this.warnings, this.notices);
     showLegend(this.takes);
     this.caption = new Caption(report);
     this.timeline = new Timeline(data, this.takes, this.clock);
@@ -56,7 +57,7 @@ class Page {
     if (focus) focus.expandByScalar(0.05 * focus.max.distanceTo(focus.min));
     await this.stage.load(data.glb, data.parts, focus, data.shown_from_glb);
     if (this.stage.unseenTextures.size > 0) {
-      showDoubts([...this.warnings, 'The face has KTX2 textures, which this page cannot show; its GLB keeps them.']);
+      showDoubts([...this.warnings, 'The face has KTX2 textures, which this page cannot show; its GLB keeps them.'], this.notices);
     }
     const box = this.stage.focus;
     this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));

@@ -38,12 +38,16 @@ export function showHeading(data) {
   if (openings.length) document.getElementById('lip-scale').textContent = `, up to ${Math.max(...openings).toFixed(0)} mm`;
 }
 
-/** What synth doubts, or nothing at all. */
-export function showDoubts(warnings) {
+/** What synth doubts, and what it only tells, or nothing at all. */
+export function showDoubts(warnings, notices) {
   const place = document.getElementById('doubts');
-  place.hidden = warnings.length === 0;
-  place.querySelector('summary').textContent = `${counted(warnings.length, 'thing')} to look at`;
-  place.querySelector('ul').replaceChildren(...warnings.map((warning) => element('li', '', warning)));
+  place.hidden = warnings.length + notices.length === 0;
+  place.querySelector('summary').textContent =
+    warnings.length > 0 ? `${counted(warnings.length, 'thing')} to look at` : counted(notices.length, 'note');
+  place.querySelector('ul').replaceChildren(
+    ...warnings.map((warning) => element('li', '', warning)),
+    ...notices.map((notice) => element('li', 'note', notice)),
+  );
 }
 
 export function showLegend(takes) {

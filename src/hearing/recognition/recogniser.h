@@ -23,6 +23,7 @@ struct HeardSpeech {
   std::string text;                     ///< the words that were recognised, blanks between them; "" for none
   std::vector<SoundStretch> stretches;  ///< all but silence, in order
   std::vector<std::string> warnings;    ///< what is doubtful, for the user
+  std::vector<std::string> notices;     ///< what is no doubt, but worth telling
 };
 
 /// Says what is said in a sound. Not thread-safe.

@@ -254,7 +254,7 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
   if (const std::size_t left_out = times_.not_said.size(); left_out > 0) {
     constexpr std::size_t kShown = 5, kMostBytes = 120;
     const auto shown = std::span(times_.not_said).first(std::min(kShown, left_out));
-    heard.warnings.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
+    heard.notices.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
                                          printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
                                          left_out > kShown ? " ..." : ""));
   }

@@ -303,6 +303,7 @@ class BatchRun {
     record.duration_s = performance.duration();
     record.method = data.animation.method;
     record.warnings = performance.warnings();
+    record.notices = performance.notices();
     record.quality = judgeLine(data.animation, data.actor ? data.actor->closed_lips_mm : 0.0, data.confidence);
     for (const std::string& name : files_[i]) record.files.push_back({name, fs::file_size(options_.out_folder / name)});
   }
@@ -313,6 +314,8 @@ class BatchRun {
     journal_->add(record);
     for (const std::string& warning : record.warnings)
       printNotice(fmt::format("{}: {}", record.key, warning), options_.quiet);
+    for (const std::string& notice : record.notices)
+      printNotice(fmt::format("{}: note: {}", record.key, notice), options_.quiet);
     if (!record.error.empty()) printNotice(fmt::format("{}: {}", record.key, record.error), false);
     std::erase_if(manifest_.players, [&](const LinePlayer& old) { return old.key == record.key; });
     records_[i] = std::move(record);

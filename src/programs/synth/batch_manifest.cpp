@@ -47,6 +47,7 @@ ordered_json fieldsOf(const LineRecord& record) {
                          {"closures_made", record.quality.closures_made},
                          {"jitter_mm", toTenThousandth(record.quality.jitter_mm)},
                          {"warnings", record.warnings},
+                         {"notices", record.notices},
                          {"error", record.error},
                          {"files", ordered_json::array()},
                          {"hash", record.hash},
@@ -81,6 +82,7 @@ LineRecord recordOf(const JsonField& fields) {
   record.quality.closures_made = static_cast<std::size_t>(fields["closures_made"].whole(0, kMost));
   record.quality.jitter_mm = fields["jitter_mm"].number(0);
   record.warnings = textsOf(fields["warnings"]);
+  if (fields["notices"].exists()) record.notices = textsOf(fields["notices"]);
   record.error = fields["error"].text(kLongest);
   for (const JsonField& file : fields["files"].list())
     record.files.push_back({file["name"].text(), static_cast<std::uint64_t>(file["bytes"].whole(0, kMost))});
@@ -164,18 +166,19 @@ std::string manifestJson(const Manifest& manifest) {
 std::string manifestCsv(const Manifest& manifest) {
   std::string csv =
       "id,language,speaker,row,status,doubt,duration_s,method,backoff_share,closures,closures_made,jitter_mm,warnings,"
-      "error,files,hash,text";
+      "notices,error,files,hash,text";
   for (const std::string& name : manifest.other_columns) csv += "," + csvCell(name);
   csv += "\n";
   for (const LineRecord& line : manifest.lines) {
     std::vector<std::string> names;
     for (const LineRecord::File& file : line.files) names.push_back(file.name);
-    csv += fmt::format("{},{},{},{},{},{:.4f},{:.4f},{},{:.4f},{},{},{:.4f},{},{},{},{},{}", csvCell(line.id),
+    csv += fmt::format("{},{},{},{},{},{:.4f},{:.4f},{},{:.4f},{},{},{:.4f},{},{},{},{},{},{}", csvCell(line.id),
                        csvCell(line.language), csvCell(line.speaker), line.row,
                        kStatusNames[static_cast<std::size_t>(line.status)], line.quality.doubt, line.duration_s,
                        line.method, line.quality.backoff_share, line.quality.closures, line.quality.closures_made,
-                       line.quality.jitter_mm, csvCell(joinedTexts(line.warnings, " | ")), csvCell(line.error),
-                       csvCell(joinedTexts(names, " ")), line.hash, csvCell(line.text));
+                       line.quality.jitter_mm, csvCell(joinedTexts(line.warnings, " | ")),
+                       csvCell(joinedTexts(line.notices, " | ")), csvCell(line.error), csvCell(joinedTexts(names, " ")),
+                       line.hash, csvCell(line.text));
     for (const std::string& other : line.others) csv += "," + csvCell(other);
     csv += "\n";
   }

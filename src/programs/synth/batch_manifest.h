@@ -27,7 +27,7 @@ struct LineRecord {
   double duration_s = 0;
   std::string method;
   LineQuality quality;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings, notices;
   struct File {
     std::string name;  ///< relative to the manifest's folder
     std::uint64_t bytes = 0;

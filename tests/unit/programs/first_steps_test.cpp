@@ -181,6 +181,19 @@ TEST_F(FirstSteps, AWrongTranscriptIsDoubtedEverywhereAndStrictRefusesIt) {
   EXPECT_EQ(synth({"--audio", recorded("now.wav"), "--transcript", kLine, "--strict"}).exit_code, 0);
 }
 
+TEST_F(FirstSteps, WhatSubtitlesDoNotSayIsNoDoubtOfTheLine) {
+  const std::string subtitles =
+      file("a.srt", "1\n00:00:00,100 --> 00:00:01,300\n[door slams] " + std::string(kLine) + "\n");
+  const ProgramResult told =
+      synth({"--audio", recorded("now.wav"), "--times", subtitles, "--strict", "-o", path("view.html")});
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const std::string notice = "1 left out as not said, by SRT: [door slams]";
+  EXPECT_TRUE(holds(told.err, "note: " + notice)) << told.err;
+  EXPECT_EQ(report()["notices"], nlohmann::json::array({notice}));
+  EXPECT_TRUE(report()["warnings"].empty()) << report()["warnings"];
+  EXPECT_TRUE(holds(readAll(path("view.html")), notice));
+}
+
 TEST_F(FirstSteps, ARecordingInWhichNobodySpeaksIsRefusedWithItsTranscript) {
   std::string sound = readAll(recorded("now.wav"));
   std::fill(sound.begin() + 44, sound.end(), '\0');
