@@ -255,8 +255,8 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
     constexpr std::size_t kShown = 5, kMostBytes = 120;
     const auto shown = std::span(times_.not_said).first(std::min(kShown, left_out));
     heard.notices.push_back(fmt::format("{} left out as not said, by {}: {}{}", left_out, times_.kind,
-                                         printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
-                                         left_out > kShown ? " ..." : ""));
+                                        printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
+                                        left_out > kShown ? " ..." : ""));
   }
   std::string doubtful;
   std::size_t count = 0;
