@@ -383,8 +383,8 @@ int runStream(const StreamOptions& given) {
   }
   feeding.join();
   std::fflush(stdout);
-  tellCounts(stream.counts(), feeder.wordsWithoutSound(), options);
   if (failed) std::rethrow_exception(failed);
+  tellCounts(stream.counts(), feeder.wordsWithoutSound(), options);
   return kExitDone;
 }
 

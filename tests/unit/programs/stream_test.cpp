@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -172,6 +173,7 @@ TEST_F(Streaming, LabelsAndTextBecomeFrames) {
   const ProgramResult bad = run("--labels phones", "0 0.4 sil\n0.4 x AA\n");
   EXPECT_EQ(bad.exit_code, 1);
   EXPECT_NE(bad.err.find("stdin:2: found '0.4 ...'; expected START END NAME in seconds"), std::string::npos) << bad.err;
+  EXPECT_EQ(std::count(bad.err.begin(), bad.err.end(), '\n'), 1) << bad.err;
 
   const ProgramResult text =
       run("--text-file - --voice flite:slt --sound said.wav --as rows --quiet", "My name is Bob. Is yours?\n");
