@@ -331,6 +331,20 @@ TEST_F(FirstSteps, FiveMinutesOfRecordingAreDone) {
   EXPECT_TRUE(told["warnings"].empty()) << told["warnings"];
 }
 
+/// What subtitles hold and nobody says is told, and is no doubt.
+TEST_F(FirstSteps, ABatchTellsWhatIsNotSaid) {
+  fs::copy_file(recorded("now.wav"), path("now.wav"));
+  (void)file("now.srt", "1\n00:00:00,000 --> 00:00:01,200\n(laughs) the time is now\n");
+  const ProgramResult made = runProgram("synth", {"batch", file("lines.csv", "id,audio,times\na,now.wav,now.srt\n"),
+                                                  "--out", path("made"), "--format", "wav"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const json line = json::parse(readAll(path("made/manifest.json")))["lines"].at(0);
+  EXPECT_TRUE(line["warnings"].empty()) << line;
+  EXPECT_TRUE(holds(line["notices"].dump(), "(laughs)")) << line;
+  EXPECT_TRUE(holds(readAll(path("made/manifest.csv")), "(laughs)"));
+  EXPECT_TRUE(holds(readAll(path("made/manifest.html")), "(laughs)"));
+}
+
 TEST_F(FirstSteps, SongsOfOtherProgramsAreSung) {
   // 120 quarters a minute, 480 ticks each: half a second a note, "hap-py day".
   const auto event = [](int kind, const std::string& data) {
