@@ -116,6 +116,10 @@ double oddsOfLine(std::span<const double> word_odds, const TextScore& score, con
          1.1672 * differences.in_heard + 0.7721 * against_heard - 2.2104 * sure + noise;
 }
 
+/// A line whose middle word is believed less than this is not said: where next to nothing is heard, for no text speaks
+/// that the network is unsure of what it hears.
+constexpr double kLeastMiddleWord = 0.25;
+
 double oddsOfWord(double odds, const WordScore& score) {
   return 2.582 + 0.6445 * odds + 0.5242 * std::max(score.log_probability, kLeastScore) -
          0.0788 * std::max(score.behind, kLeastScore);
@@ -167,9 +171,14 @@ void believe(const Line& line, const TextScore& score, const Pronouncer& pronoun
   for (const NetworkWord& word : score.heard) heard += (heard.empty() ? "" : " ") + word.text;
   const Differences differences =
       differencesOf(phonesOf(fmt::format("{}", fmt::join(line.text, " ")), pronouncer), phonesOf(heard, pronouncer));
+  std::vector<double> words(alignment.confidence.begin() + signedIndex(line.first),
+                            alignment.confidence.begin() + signedIndex(line.end));
+  const auto middle = words.begin() + signedIndex(words.size() / 2);
+  std::nth_element(words.begin(), middle, words.end());
+  double of_line = confidenceOf(oddsOfLine(word_odds, score, differences, noiseOf(line.sound)));
+  if (*middle < kLeastMiddleWord) of_line = std::min(of_line, *middle);
   std::fill(alignment.line_confidence.begin() + signedIndex(line.first),
-            alignment.line_confidence.begin() + signedIndex(line.end),
-            confidenceOf(oddsOfLine(word_odds, score, differences, noiseOf(line.sound))));
+            alignment.line_confidence.begin() + signedIndex(line.end), of_line);
 }
 
 }  // namespace

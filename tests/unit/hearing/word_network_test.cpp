@@ -164,6 +164,15 @@ TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
   EXPECT_EQ(doubts(hissing, planks, kNetwork), "");
   EXPECT_EQ(doubts(hissing, planks + 10, {}), "");
   EXPECT_NE(doubts(hissing, planks + 10, kNetwork).find("canoe"), std::string::npos);
+  // Where it hears next to nothing it is unsure of what it hears, which speaks for no text.
+  const char* longer = "the quick brown fox jumps over seven lazy elephants in amsterdam";
+  for (const double snr_db : {10, 5, 0, -3}) {
+    for (const char* voice : {"flite:kal16", "flite:rms"}) {
+      const AudioClip sound = inHiss(saidBy(voice, said), snr_db);
+      EXPECT_EQ(doubts(sound, said, kNetwork), "") << voice << " at " << snr_db << " dB";
+      EXPECT_NE(doubts(sound, longer, kNetwork), "") << voice << " at " << snr_db << " dB";
+    }
+  }
 }
 
 class BrokenNetwork : public testing::Test {
