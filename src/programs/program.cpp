@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <regex>
 #include <system_error>
 #include <thread>
 #include <tuple>
@@ -121,6 +122,36 @@ std::string swallowedNames(const CLI::App& app) {
   return text;
 }
 
+/// What CLI11 says of a value that is missing, given twice, no number or out of bounds, as other errors say it.
+std::string plainly(const std::string& what, const CLI::App& app) {
+  static const std::regex kNoNumber("Could not convert: (\\S+) = ([^]*)"),
+      kOutOfBounds("(\\S+): Value ([^]*) not in range (\\S+) to (\\S+)");
+  static const std::regex kMissing("(\\S+): 1 required \\S+ missing"), kNoneOf("(\\S+): ([^]*) not in \\{([^}]*)\\}"),
+      kTooMany("(\\S+): At Most 1 required but received (\\d+)");
+  std::smatch found;
+  if (std::regex_match(what, found, kMissing)) return found.str(1) + ": found no value; expected one";
+  if (std::regex_match(what, found, kTooMany))
+    return fmt::format("{}: found {} values; expected one", found.str(1), found.str(2));
+  if (std::regex_match(what, found, kOutOfBounds)) {
+    return fmt::format("{}: found '{}'; expected {} to {}", found.str(1), found.str(2), std::stod(found.str(3)),
+                       std::stod(found.str(4)));
+  }
+  if (std::regex_match(what, found, kNoneOf)) {
+    std::string known = found.str(3);
+    std::replace(known.begin(), known.end(), ',', '|');
+    return fmt::format("{}: found '{}'; expected {}", found.str(1), found.str(2), known);
+  }
+  if (!std::regex_match(what, found, kNoNumber)) return what;
+  std::string type;
+  for (const CLI::App* each : inUse(app)) {
+    if (const CLI::Option* option = each->get_option_no_throw(found.str(1))) type = option->get_type_name();
+  }
+  const char* expected = type.starts_with("UINT")  ? "a whole number from 0"
+                         : type.starts_with("INT") ? "a whole number"
+                                                   : "a number";
+  return fmt::format("{}: found '{}'; expected {}", found.str(1), found.str(2), expected);
+}
+
 /// Wrong usage on one line, as every other error: what CLI11 says, what may have been meant by words that nobody knows,
 /// which options went astray, and whose help tells more.
 std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
@@ -129,7 +160,7 @@ std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
   // CLI11 names what is left over from the last to the first.
   const bool is_left_over = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   const std::string what =
-      is_left_over ? fmt::format("nothing takes {}", fmt::join(unknown, " ")) : std::string(error.what());
+      is_left_over ? fmt::format("nothing takes {}", fmt::join(unknown, " ")) : plainly(error.what(), *app);
   std::string text = fmt::format("{}: {}", program_name, printable(what, kLongest));
   for (const std::string& typed : unknown) {
     const std::string meant = nearestTo(typed, *app);

@@ -1,11 +1,30 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
+#include <string>
 
 #include "mouthpiece/speaker.h"
 #include "programs/program.h"
 
 namespace mouthpiece {
+
+/// An option whose value is one of a few names.
+template <typename Value>
+void addChoice(CLI::App& app, const std::string& option, Value& value, const std::map<std::string, Value>& names,
+               const std::string& help) {
+  std::string known;
+  for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
+  app.add_option_function<std::string>(
+         option,
+         [&value, names, option, known](const std::string& name) {
+           const auto found = names.find(name);
+           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
+           value = found->second;
+         },
+         help)
+      ->type_name(known);
+}
 
 /// What `synth` and `synth batch` share: how to speak, but not what.
 struct SharedOptions {

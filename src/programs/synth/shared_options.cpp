@@ -10,23 +10,6 @@
 namespace mouthpiece {
 namespace {
 
-/// An option whose value is one of a few names.
-template <typename Value>
-void addChoice(CLI::App& app, const std::string& option, Value& value, const std::map<std::string, Value>& names,
-               const std::string& help) {
-  std::string known;
-  for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
-  app.add_option_function<std::string>(
-         option,
-         [&value, names, option, known](const std::string& name) {
-           const auto found = names.find(name);
-           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
-           value = found->second;
-         },
-         help)
-      ->type_name(known);
-}
-
 struct Range {
   double least, most;
 };

@@ -37,28 +37,12 @@ struct StreamOptions : SharedOptions {
   std::optional<double> delay_ms;
 };
 
-template <typename Value>
-void addNamedValue(CLI::App& app, const std::string& option, Value& value, std::map<std::string, Value> names,
-                   const std::string& help) {
-  std::string known;
-  for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
-  app.add_option_function<std::string>(
-         option,
-         [&value, names = std::move(names), option, known](const std::string& name) {
-           const auto found = names.find(name);
-           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
-           value = found->second;
-         },
-         help)
-      ->type_name(known);
-}
-
 void addOptions(CLI::App& app, StreamOptions& options) {
   app.add_option("--pcm-rate", options.live.sample_rate_hz, "Sound on standard input: raw mono samples a second")
       ->check(CLI::Range(16000, 48000))
       ->capture_default_str();
-  addNamedValue<bool>(app, "--pcm-format", options.is_float, {{"s16", false}, {"f32", true}},
-                      "Its samples, little-endian (default: s16)");
+  addChoice(app, "--pcm-format", options.is_float, {{"s16", false}, {"f32", true}},
+            "Its samples, little-endian (default: s16)");
   auto* own_voice =
       app.add_flag("--own-voice", options.live.own_voice,
                    "Who speaks is the person whose takes the corpus holds: they tell how he says his phones");
@@ -96,15 +80,13 @@ void addOptions(CLI::App& app, StreamOptions& options) {
   app.add_option("--look-ahead", options.look_ahead_ms, "Milliseconds that a frame knows of what follows, 50 to 5000")
       ->check(CLI::Range(50.0, 5000.0))
       ->capture_default_str();
-  addNamedValue<StreamFormat>(
-      app, "--as", options.format,
-      {{"json", StreamFormat::kJson}, {"rows", StreamFormat::kRows}, {"livelink", StreamFormat::kLiveLink}},
-      "json: a line a frame; rows: little-endian floats, the time before the values; livelink: Live Link Face's "
-      "datagrams (default: json)");
-  addNamedValue<StreamRows>(
-      app, "--rows", options.rows,
-      {{"arkit", StreamRows::kArkit}, {"markers", StreamRows::kMarkers}, {"vertices", StreamRows::kVertices}},
-      "What the rows hold (default: arkit)");
+  addChoice(app, "--as", options.format,
+            {{"json", StreamFormat::kJson}, {"rows", StreamFormat::kRows}, {"livelink", StreamFormat::kLiveLink}},
+            "json: a line a frame; rows: little-endian floats, the time before the values; livelink: Live Link Face's "
+            "datagrams (default: json)");
+  addChoice(app, "--rows", options.rows,
+            {{"arkit", StreamRows::kArkit}, {"markers", StreamRows::kMarkers}, {"vertices", StreamRows::kVertices}},
+            "What the rows hold (default: arkit)");
   app.add_option("--to", options.to, "Where the datagrams go")->capture_default_str();
   app.add_option("--subject", options.subject, "The face's name in them")->capture_default_str();
   app.add_option("--sound", options.sound_file, "The voice's sound, a WAV that grows")->needs(text);

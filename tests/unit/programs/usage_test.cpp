@@ -184,8 +184,16 @@ TEST(Usage, ValuesThatNoOptionTakes) {
       fitWith("--shape", "-1"),
       fitWith("--smooth", "1e9"),
       fitWith("--max-angle", "181"),
+      {"synth", {"--text", "a", "--seed", "-1"}},
+      {"synth", {"--text", "a", "--text", "b"}},
+      {"synth", {"--text", "a", "--mood"}},
   };
-  for (const Call& call : calls) expectWrongUsage(call);
+  for (const Call& call : calls) {
+    expectWrongUsage(call);
+    const std::string told = runProgram(call.program, call.arguments).err;
+    EXPECT_NE(told.find(": found "), std::string::npos) << told;
+    EXPECT_NE(told.find("; expected "), std::string::npos) << told;
+  }
 }
 
 /// `--transcript "$WORDS"` of a script whose variable is not set once recognised the recording in silence.
