@@ -116,6 +116,71 @@ std::vector<SpeechSegment> partsOfPause(Seconds pause, const SilenceTiming& timi
   return parts;
 }
 
+TEST(SpeechSegments, HHHasTheMouthOfWhatFollowsIt) {
+  const auto ofHH = [](const char* words) {
+    for (const SpeechSegment& segment : speechSegments(tinyLabels(words, 0))) {
+      if (segment.phone == Phone::kHH) return featuresOf(segment);
+    }
+    return std::set<std::string>{};
+  };
+  EXPECT_TRUE(ofHH("HH-IY").contains("viseme Ee"));
+  EXPECT_TRUE(ofHH("HH-UW-T").contains("viseme Oo"));
+  EXPECT_TRUE(ofHH("AE-HH").contains("viseme Uh")) << "before silence none in particular";
+  EXPECT_TRUE(ofHH("T-HH-AA").contains("viseme Ah"));
+}
+
+TEST(SpeechSegments, ErIsHalfRAndHalfUh) {
+  for (const SpeechSegment& segment : speechSegments(tinyLabels("T-ER-M", 0))) {
+    if (segment.phone != Phone::kER) continue;
+    std::map<std::string, double> weights;
+    for (const SegmentFeature& feature : segment.features) weights[feature.name] += feature.weight;
+    EXPECT_EQ(weights["phone ER"], 1);
+    for (const char* name : {"viseme R", "viseme Uh", "left R LNTD", "right Uh MBP"})
+      EXPECT_EQ(weights[name], 0.5) << name;
+    return;
+  }
+  ADD_FAILURE() << "there is no ER";
+}
+
+/// Where a tenth of a second is left for it the face rests.
+TEST(SpeechSegments, SilencesHaveARestWhereThereIsTime) {
+  const auto parts = [](Seconds first, Seconds last) {
+    SpeechLabels labels = tinyLabels("M-AE", 0);
+    for (LabelledPhone& phone : labels.phones)
+      phone.span = {phone.span.start + first - 0.2, phone.span.end + first - 0.2};
+    labels.phones.front().span.start = 0;
+    labels.phones.back().span.end = labels.phones.back().span.start + last;
+    std::pair<std::size_t, std::size_t> counted{0, 0};
+    for (const SpeechSegment& segment : speechSegments(labels)) {
+      if (segment.in_speech) continue;
+      ++(segment.label == 0 ? counted.first : counted.second);
+    }
+    return counted;
+  };
+  EXPECT_EQ(parts(0.44, 0.34), (std::pair<std::size_t, std::size_t>{1, 1}));
+  EXPECT_EQ(parts(0.46, 0.36), (std::pair<std::size_t, std::size_t>{2, 2}));
+}
+
+TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
+  SpeechLabels labels = tinyLabels("M-AE", 0);
+  labels.phones.back().span.end += 1;
+  const std::vector<SpeechSegment> segments = speechSegments(labels);
+  const SpeechSegment &settling = segments[segments.size() - 2], &rest = segments.back();
+  EXPECT_TRUE(featuresOf(settling).contains("silence after"));
+  EXPECT_NEAR(settling.span.duration(), 0.25, 1e-12);
+  EXPECT_TRUE(rest.features.empty());
+  EXPECT_EQ(rest.span.end, labels.duration());
+  for (const SpeechSegment& segment : segments) EXPECT_FALSE(segment.is_second_half);
+  std::size_t second_halves = 0;
+  for (const SpeechSegment& segment : speechSegments(tinyLabels("AY-OW-M", 0))) {
+    second_halves += segment.is_second_half ? 1U : 0U;
+    if (segment.is_second_half) {
+      EXPECT_NEAR(segment.span.duration(), 0.055, 1e-9) << "0.55 of a diphthong";
+    }
+  }
+  EXPECT_EQ(second_halves, 2U);
+}
+
 /// In a pause people do as after a line and before one: the lips settle, rest, and open to breathe.
 TEST(SpeechSegments, PausesSettleRestAndOpenAgain) {
   const std::vector<SpeechSegment> all = speechSegments(withPause(1.0)), pause = partsOfPause(1.0);
