@@ -218,7 +218,8 @@ constexpr double kKeptMm = 0.25;  ///< lips count as kept that are left open by 
 /// each pair comes no nearer than in the motion, and gapes by no more than kLeftMm, or than at rest where that is less,
 /// unless the motion's does.
 ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
-  ShapeClosures closures{.shapes = slit.shapes};
+  // Without pairs the limits have no rows, and a column a frame as elsewhere.
+  ShapeClosures closures{.shapes = slit.shapes, .least = slit.heights, .most = slit.heights};
   const std::vector<double> gapes = gapesOf(slit.heights, mm_per_unit);
   if (gapes.empty()) return closures;
   const double rest = gapesOf(slit.at_rest, mm_per_unit).front();
