@@ -52,6 +52,12 @@ void setRole(std::vector<BoneRole>& roles, const tinygltf::Value& node, std::str
   if (bone == "leftEye" || bone == "rightEye") role = BoneRole::kEye;
 }
 
+/// The library's own Get() stops a build with assertions where `value` is no object, as in any file it may be.
+const tinygltf::Value& memberOf(const tinygltf::Value& value, const std::string& name) {
+  static const tinygltf::Value kNone;
+  return value.Has(name) ? value.Get(name) : kNone;
+}
+
 /// At most so many entries of a list in a file.
 int entriesOf(const tinygltf::Value& list) {
   return list.IsArray() ? static_cast<int>(std::min<std::size_t>(list.ArrayLen(), 1000)) : 0;
@@ -62,13 +68,13 @@ void readVrmBones(const tinygltf::Model& model, std::vector<BoneRole>& roles) {
   for (const char* extension : {"VRM", "VRMC_vrm"}) {
     const auto found = model.extensions.find(extension);
     if (found == model.extensions.end()) continue;
-    const tinygltf::Value& bones = found->second.Get("humanoid").Get("humanBones");
+    const tinygltf::Value& bones = memberOf(memberOf(found->second, "humanoid"), "humanBones");
     for (int i = 0; i < entriesOf(bones); ++i) {
       const tinygltf::Value& entry = bones.Get(i);
-      if (entry.Get("bone").IsString()) setRole(roles, entry.Get("node"), entry.Get("bone").Get<std::string>());
+      const tinygltf::Value& bone = memberOf(entry, "bone");
+      if (bone.IsString()) setRole(roles, memberOf(entry, "node"), bone.Get<std::string>());
     }
-    if (!bones.IsObject()) continue;
-    for (const std::string& bone : bones.Keys()) setRole(roles, bones.Get(bone).Get("node"), bone);
+    for (const std::string& bone : bones.Keys()) setRole(roles, memberOf(bones.Get(bone), "node"), bone);
   }
 }
 
@@ -101,35 +107,36 @@ void readVrmExpressions(const tinygltf::Model& model, const Take& take) {
   const auto targetsOf = [&](const std::string& name, const tinygltf::Value& binds) {
     std::map<int, std::vector<int>> targets;  // by mesh
     for (int b = 0; b < entriesOf(binds); ++b) {
-      const tinygltf::Value &bind = binds.Get(b), &node = bind.Get("node"), &mesh = bind.Get("mesh");
-      if (!bind.Get("index").IsInt()) continue;
+      const tinygltf::Value &bind = binds.Get(b), &node = memberOf(bind, "node"), &mesh = memberOf(bind, "mesh"),
+                            &index = memberOf(bind, "index");
+      if (!index.IsInt()) continue;
       int number = mesh.IsInt() ? mesh.Get<int>() : -1;  // VRM 0; VRM 1 names the node
       if (node.IsInt() && node.Get<int>() >= 0 && static_cast<std::size_t>(node.Get<int>()) < model.nodes.size())
         number = model.nodes[static_cast<std::size_t>(node.Get<int>())].mesh;
-      targets[number].push_back(bind.Get("index").Get<int>());
+      targets[number].push_back(index.Get<int>());
     }
     for (const auto& [mesh, list] : targets) {
       if (list.size() == 1) take(name, mesh, list.front());
     }
   };
   if (const auto vrm = model.extensions.find("VRM"); vrm != model.extensions.end()) {
-    const tinygltf::Value& groups = vrm->second.Get("blendShapeMaster").Get("blendShapeGroups");
+    const tinygltf::Value& groups = memberOf(memberOf(vrm->second, "blendShapeMaster"), "blendShapeGroups");
     for (int g = 0; g < entriesOf(groups); ++g) {
-      const tinygltf::Value& preset = groups.Get(g).Get("presetName");
-      if (preset.IsString()) targetsOf(preset.Get<std::string>(), groups.Get(g).Get("binds"));
+      const tinygltf::Value& preset = memberOf(groups.Get(g), "presetName");
+      if (preset.IsString()) targetsOf(preset.Get<std::string>(), memberOf(groups.Get(g), "binds"));
     }
   }
   if (const auto vrm = model.extensions.find("VRMC_vrm"); vrm != model.extensions.end()) {
-    const tinygltf::Value& presets = vrm->second.Get("expressions").Get("preset");
-    for (const std::string& preset : presets.IsObject() ? presets.Keys() : std::vector<std::string>())
-      targetsOf(preset, presets.Get(preset).Get("morphTargetBinds"));
+    const tinygltf::Value& presets = memberOf(memberOf(vrm->second, "expressions"), "preset");
+    for (const std::string& preset : presets.Keys())
+      targetsOf(preset, memberOf(presets.Get(preset), "morphTargetBinds"));
   }
 }
 
 /// The names that `extras` has for targets.
 std::vector<std::string> targetNames(const tinygltf::Value& extras) {
   std::vector<std::string> names;
-  const tinygltf::Value none, &list = extras.IsObject() ? extras.Get("targetNames") : none;
+  const tinygltf::Value& list = memberOf(extras, "targetNames");
   for (std::size_t t = 0; list.IsArray() && t < list.ArrayLen(); ++t) {
     const tinygltf::Value& name = list.Get(static_cast<int>(t));  // no file has 2^31 of them
     names.push_back(name.IsString() ? printable(name.Get<std::string>(), 120) : std::string());
