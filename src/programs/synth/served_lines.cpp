@@ -141,6 +141,8 @@ void ServedLines::readEarlier() {
       entry.state = State::kDone;
       entry.title = fields["title"].text(1 << 20);
       for (const JsonField& warning : fields["warnings"].list()) entry.warnings.push_back(warning.text());
+      if (fields["notices"].exists())  // earlier builds told none
+        for (const JsonField& notice : fields["notices"].list()) entry.notices.push_back(notice.text());
       entry.version = static_cast<std::size_t>(fields["version"].whole(1, 1'000'000));
       entry.duration = fields["duration_s"].number(0, 1e6);
       entry.folder = each;
@@ -251,6 +253,7 @@ std::string ServedLines::state() const {
                  {"stage", entry.stage},
                  {"error", entry.error},
                  {"warnings", entry.warnings},
+                 {"notices", entry.notices},
                  {"version", entry.version},
                  {"duration_s", entry.duration},
                  {"took_s", entry.took_s},
@@ -421,6 +424,7 @@ void ServedLines::make(std::size_t line) {
                {"version", version},
                {"title", performance.text()},
                {"warnings", performance.warnings()},
+               {"notices", performance.notices()},
                {"duration_s", performance.duration()}});
   told.erase("edits");
   writeFileAtomically(folder / "line.json", dumped(told));
@@ -430,6 +434,7 @@ void ServedLines::make(std::size_t line) {
   entry.folder = folder;
   entry.version = version;
   entry.warnings = performance.warnings();
+  entry.notices = performance.notices();
   entry.duration = performance.duration();
   if (!performance.text().empty()) entry.title = performance.text();
   entry.performance = std::move(performance);

@@ -77,7 +77,7 @@ class ServedLines {
     LineWish wish;
     State state = State::kWaiting;
     std::string title, stage, error;
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings, notices;
     std::filesystem::path folder;     ///< of the last version that is done; "" before
     std::size_t version = 0;          ///< how often it was made
     double duration = 0, took_s = 0;  ///< s

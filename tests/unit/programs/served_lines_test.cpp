@@ -69,5 +69,28 @@ TEST(ServedLines, AskOneNetworkProgramForAllRecordings) {
   EXPECT_EQ(readAll(starts), "x\n") << "a program for each line";
 }
 
+TEST(ServedLines, TellNoticesBesideWarnings) {
+  if (!fs::exists(kServedShare / "default.face")) GTEST_SKIP() << "no sample corpus: run `make data`";
+  const ScratchFolder scratch;
+  // Lines of an earlier run, the second of a build that told no notices.
+  const auto keep = [&](int line, const std::string& notices) {
+    const std::string folder = "lines/line-" + std::to_string(line);
+    fs::create_directories(scratch.path() / folder);
+    static_cast<void>(scratch.write(
+        folder + "/line.json",
+        R"({"text": "now", "recording": "", "voice": "", "face": "", "language": "", "title": "now", "warnings": [],)" +
+            notices + R"("version": 1, "duration_s": 1, "line": )" + std::to_string(line) + "}"));
+  };
+  keep(0, R"("notices": ["2 subtitles are not said"],)");
+  keep(1, "");
+  SpeakerOptions options;
+  options.corpus = kServedShare / "clock.corpus";
+  options.face = kServedShare / "default.face";
+  const std::string state = ServedLines(options, scratch.path() / "lines").state();
+  EXPECT_EQ(times(state, "\"done\""), 2U) << state;
+  EXPECT_EQ(times(state, "2 subtitles are not said"), 1U) << state;
+  EXPECT_EQ(times(state, "\"notices\""), 2U) << state;
+}
+
 }  // namespace
 }  // namespace mouthpiece::test

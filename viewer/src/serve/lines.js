@@ -13,7 +13,8 @@ function howOf(line) {
   if (line.state === 'failed') return line.error;
   if (line.state === 'stopped') return 'stopped';
   if (line.is_head) return 'is a face now';
-  const doubts = line.warnings.length ? `, ${line.warnings.length} thing${line.warnings.length === 1 ? '' : 's'} to look at` : '';
+  const counted = (many, what) => (many ? `, ${many} ${what}${many === 1 ? '' : 's'}` : '');
+  const doubts = line.warnings.length ? `${counted(line.warnings.length, 'thing')} to look at` : counted(line.notices.length, 'note');
   return `${line.duration_s.toFixed(1)} s${line.version > 1 ? `, changed ${line.version - 1}×` : ''}${doubts}`;
 }
 
