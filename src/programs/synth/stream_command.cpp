@@ -95,7 +95,7 @@ void addOptions(CLI::App& app, StreamOptions& options) {
   app.add_option(
          "--delay", options.delay_ms,
          "With it: milliseconds that the first frame waits once it is known, so that what is told late is still "
-         "in time (default: 0; with --times 700)")
+         "in time (default: 0; with --labels as long as --look-ahead, with --times 700)")
       ->check(CLI::Range(0.0, 60000.0));
   addSharedOptions(app, options);
 }
@@ -260,14 +260,19 @@ class StreamFeeder {
   std::atomic<bool> is_stopped_ = false;
 };
 
-/// Words are told when they end, a long one later than those before it.
-constexpr double kDelayOfWordsMs = 700;
+/// So long after the first frame is known it is shown. A frame is known once what is said a look-ahead after it is: a
+/// label that comes as it begins comes that much after the frame. Words beside sound are told when they end, a long one
+/// later than those before it.
+double usualDelayMs(const StreamOptions& options) {
+  constexpr double kDelayOfWordsMs = 700;
+  if (!options.words_file.empty()) return kDelayOfWordsMs;
+  return options.labels != StreamLabels::kNone ? options.look_ahead_ms : 0;
+}
 
 /// Frames as they are known, or each at its time.
 void writeFrames(LiveStream& stream, StreamOutput& output, const StreamOptions& options) {
   const bool real_time = options.real_time;
-  const std::chrono::duration<double, std::milli> delay(
-      options.delay_ms.value_or(options.words_file.empty() ? 0 : kDelayOfWordsMs));
+  const std::chrono::duration<double, std::milli> delay(options.delay_ms.value_or(usualDelayMs(options)));
   using Clock = std::chrono::steady_clock;
   std::optional<Clock::time_point> begun;
   std::size_t written = 0;

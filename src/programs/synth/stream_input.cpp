@@ -46,7 +46,7 @@ bool isAbbreviation(const std::string& text, std::size_t stop) {
 
 InputBytes::InputBytes(std::string file, const std::atomic<bool>& is_stopped)
     : file_(std::move(file)),
-      descriptor_(file_ == "stdin" ? STDIN_FILENO : open(file_.c_str(), O_RDONLY | O_CLOEXEC)),
+      descriptor_(file_ == "stdin" ? STDIN_FILENO : open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)),
       is_stopped_(is_stopped) {
   if (descriptor_ < 0) throw InputError(file_, "", std::string("cannot be read: ") + std::strerror(errno));
 }

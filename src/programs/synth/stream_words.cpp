@@ -17,6 +17,8 @@ void waitAWhile() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 constexpr Seconds kAhead = 2.0;       ///< so much is said ahead of what is pulled
 constexpr Seconds kSoundAhead = 10;   ///< of what is said: a stream keeps the last half a minute
 constexpr Seconds kResampled = 0.05;  ///< after a word its last sound has been resampled, too
+/// So long after the sound its first word may come: a pipe that nobody writes to does not end.
+constexpr std::chrono::seconds kPatience(5);
 
 }  // namespace
 
@@ -61,6 +63,7 @@ void WordsBesideSound::readWords() {
   InputLines lines(file_, is_over_);
   std::vector<std::string> fields;
   while (const std::optional<std::string> line = lines.next()) {
+    has_words_ = true;
     if (!splitLabel(*line, fields)) continue;
     const std::optional<double> start = parseNumber(fields[0]);
     const std::optional<double> end = fields.size() > 1 ? parseNumber(fields[1]) : std::nullopt;
@@ -95,7 +98,12 @@ void WordsBesideSound::pushSound(std::span<const float> samples) {
 
 void WordsBesideSound::finish() {
   has_all_sound_ = true;
-  while (!is_read_ && !is_stopped_) waitAWhile();
+  const auto patient_until = std::chrono::steady_clock::now() + kPatience;
+  while (!is_read_ && !is_stopped_) {
+    if (!has_words_ && std::chrono::steady_clock::now() > patient_until)
+      throw InputError(file_, "", "nobody has written to it, and the sound is over; expected lines START END WORD");
+    waitAWhile();
+  }
   is_over_ = true;
   reading_.join();
   if (failed_) std::rethrow_exception(failed_);

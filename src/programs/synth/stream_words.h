@@ -48,6 +48,7 @@ class WordsBesideSound {
   std::atomic<bool> has_all_sound_ = false;
   std::atomic<bool> is_saying_ = false;   ///< a word whose sound has come
   std::atomic<bool> is_read_ = false;     ///< the file, or what of it can be
+  std::atomic<bool> has_words_ = false;   ///< a line has come
   std::atomic<std::size_t> samples_ = 0;  ///< that have come
   std::atomic<std::size_t> without_sound_ = 0;
   std::mutex pushing_;         ///< one thread at a time may push

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -247,7 +248,7 @@ TEST_F(StreamingWords, ComeThroughAPipeWhenTheyAreSaid) {
 mkfifo told
 (begun=$(date +%s%N)
 while read -r start end word; do
-  sleep "$(echo "$end $begun $(date +%s%N)" | awk '{s = $1 + 0.03 - ($3 - $2) / 1e9; print s > 0 ? s : 0}')"
+  sleep "$(echo "$end $begun $(date +%s%N)" | awk '{s = $1 + 0.03 - ($3 - $2) / 1e9; print (s > 0 ? s : 0)}')"
   echo "$start $end $word"
 done < "$words" > told) &
 (while :; do
@@ -277,6 +278,47 @@ TEST_F(StreamingWords, ThatWaitLongerThanFramesCanAreSaidWithoutSound) {
   EXPECT_NE(result.err.find("words that were said before all their sound had come: 1"), std::string::npos)
       << result.err;
   EXPECT_EQ(result.out.size(), 330U * 4 * 53);
+}
+
+TEST_F(StreamingWords, DoNotWaitForAPipeThatNobodyWritesTo) {
+  const fs::path pipe = scratch_.path() / "nobody";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const ProgramResult result = run("--times " + pipe.string() + " --as rows", std::string(32000, '\0'));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("nobody has written to it, and the sound is over; expected lines START END WORD"),
+            std::string::npos)
+      << result.err;
+}
+
+TEST_F(Streaming, LabelsThatComeAsTheyBeginAreInTime) {
+  // 4 s of phones, each told when it begins.
+  std::string labels = "0 0.3 SIL\n";
+  Seconds at = 0.3;
+  for (int i = 0; at < 4; ++i) {
+    const Seconds end = at + 0.06 + 0.02 * (i % 5);
+    labels += std::to_string(at) + " " + std::to_string(end) + (i % 2 == 0 ? " M\n" : " AA\n");
+    at = end;
+  }
+  const fs::path file = scratch_.write("labels.txt", labels);
+  const fs::path pace = scratch_.write("pace_labels.sh", R"sh(labels=$1; shift
+begun=$(date +%s%N)
+while read -r start rest; do
+  sleep "$(echo "$start $begun $(date +%s%N)" | awk '{s = $1 - ($3 - $2) / 1e9; print (s > 0 ? s : 0)}')"
+  echo "$start $rest"
+done < "$labels" | "$@"
+)sh");
+  const auto framesAtRest = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{pace.string(), file.string(), (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string(),
+                                       "--stream",    "--labels",    "phones",
+                                       "--as",        "rows",        "--real-time",
+                                       "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = runProgram("/bin/sh", arguments, scratch_.path());
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.err).at("frames_at_rest").get<std::size_t>();
+  };
+  EXPECT_GT(framesAtRest({"--delay", "0"}), 10U) << "without a delay labels come too late";
+  EXPECT_LE(framesAtRest({}), 3U);
 }
 
 TEST_F(Streaming, DatagramsReachWhoListens) {
