@@ -84,6 +84,44 @@ std::string spokenWord(std::string_view text) {
   return std::string(text.substr(0, text.find_last_not_of('\'') + 1));
 }
 
+/// A made-up word of letters for the `number`th word of a song that is said as its sounds tell.
+std::string madeUpWord(std::size_t number) {
+  std::string word = "mpkana";
+  for (std::size_t rest = number + 1; rest > 0; rest /= 26) word += static_cast<char>('a' + rest % 26);
+  return word;
+}
+
+/// Words in kana become made-up ones that kal says with the nearest of its phones; the lexicon tells how.
+Song withMadeUpWords(Song song, Lexicon& lexicon) {
+  for (std::size_t i = 0; i < song.words.size(); ++i) {
+    SongWord& word = song.words[i];
+    if (word.said.phones.empty()) continue;
+    Pronunciation heard = word.said;
+    if (!heard.heard.empty()) heard.phones = heard.heard;
+    word.text = madeUpWord(i);
+    lexicon.add(word.text, std::move(heard));
+  }
+  return song;
+}
+
+/// Gives made-up words their own text and phones back.
+void putBack(const Song& song, std::size_t& word, FestivalUtterance& utterance) {
+  std::vector<std::vector<PhoneSegment*>> phones(utterance.words.size());
+  for (PhoneSegment& phone : utterance.phones) {
+    if (phone.word && *phone.word < phones.size()) phones[*phone.word].push_back(&phone);
+  }
+  for (std::size_t i = 0; i < utterance.words.size() && word < song.words.size(); ++i, ++word) {
+    const Pronunciation& said = song.words[word].said;
+    if (said.phones.empty()) continue;
+    utterance.words[i] = song.words[word].text;
+    if (phones[i].size() != said.phones.size()) continue;
+    for (std::size_t k = 0; k < phones[i].size(); ++k) {
+      phones[i][k]->phone = said.phones[k];
+      phones[i][k]->ipa = said.ipa[k];
+    }
+  }
+}
+
 /// One run of Festival in a private folder.
 class SingingRun {
  public:
@@ -202,32 +240,37 @@ std::string festivalSingingXml(const Song& song, const SungVibrato& vibrato) {
   return xml + restXml(song.duration - sung_until) + "</SINGING>\n";
 }
 
-SungLine singWithFestival(const Song& song, const SingingOptions& options) {
-  checkSong(song, "song");
-  std::string lyrics, quoted;
+SungLine singWithFestival(const Song& written, const SingingOptions& options) {
+  checkSong(written, "song");
+  Lexicon lexicon = options.lexicon != nullptr ? *options.lexicon : Lexicon();
+  const Song song = withMadeUpWords(written, lexicon);
+  std::string text, lyrics, quoted;
+  for (const SongWord& word : written.words) text += (text.empty() ? "" : " ") + spokenWord(word.text);
   for (const SongWord& word : song.words) {
     const std::string spoken = spokenWord(word.text);
     lyrics += (lyrics.empty() ? "" : " ") + spoken;
     quoted += fmt::format("\"{}\" ", spoken);
   }
   // The script that speaks a text, with singing mode's reader in the place of the text's.
-  const std::string job = replaced(makeFestivalJob(kVoice, lyrics, options.lexicon).script, "'text)", "'singing)");
+  const std::string job = replaced(makeFestivalJob(kVoice, lyrics, &lexicon).script, "'text)", "'singing)");
   const auto labels_begin = job.find("(define mouthpiece-labels");
   MOUTHPIECE_EXPECT(labels_begin != std::string::npos);
   const std::string start = job.substr(0, labels_begin) + replaced(kPlainWords, "{words}", quoted);
   SingingRun festival;
   const std::vector<std::size_t> counts = syllableCounts(festival, start, song.words.size());
-  checkPronounced(song, counts);
+  checkPronounced(written, counts);
   const Song fitted = withSyllables(song, counts);
   writeFileAtomically(festival.file(kFestivalTextFile), festivalSingingXml(fitted, options.vibrato));
   const std::string sing =
       replaced(job.substr(labels_begin), "(list utt.synth ", "(list utt.synth mouthpiece-join-all ");
   festival.run(start + std::string(kFix) + std::string(kHold) + sing, std::string(kFestivalLabelsFile));
   SpokenLineBuilder builder;
-  std::size_t number = 0;
-  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(festival.file(kFestivalLabelsFile))))
+  std::size_t number = 0, word = 0;
+  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(festival.file(kFestivalLabelsFile)))) {
+    putBack(written, word, utterance);
     builder.add(readAudio(festival.file(festivalWaveFile(number++))), std::move(utterance.phones), utterance.words);
-  return {builder.build(lyrics, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
+  }
+  return {builder.build(text, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
 }
 
 }  // namespace mouthpiece

@@ -11,12 +11,13 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
+#include "singing/kana_lyrics.h"
 #include "singing/song_builder.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kMostWords = 5000, kMostNotesOfSyllable = 100, kLongestWord = 40;
+constexpr std::size_t kMostWords = 5000, kMostNotesOfSyllable = 100, kLongestWord = 40, kBytesOfKana = 3;
 constexpr double kSlowest = 10, kFastest = 600;  // beats a minute
 constexpr double kLowestPitch = 28, kHighestPitch = 96;
 constexpr Seconds kShortestNote = 0.02, kLongestNote = 60, kLongestRest = 120, kLongestSong = 1800;
@@ -53,9 +54,12 @@ class SongChecker {
     const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
     const auto is_plain = [&](char c) { return is_letter(c) || c == '\''; };
     const std::string& text = word.text;
-    if (std::none_of(text.begin(), text.end(), is_letter) || !std::all_of(text.begin(), text.end(), is_plain) ||
-        text.size() > kLongestWord)
-      fail(place, fmt::format("found the word '{}'; expected letters a to z and '", printable(text, 50)));
+    const bool is_kana = !word.said.phones.empty() && kanaOf(text) == text;
+    if (is_kana && text.size() > kBytesOfKana * kLongestWord)
+      fail(place, fmt::format("found the word '{}'; expected at most {} kana", printable(text, 150), kLongestWord));
+    if (!is_kana && (std::none_of(text.begin(), text.end(), is_letter) ||
+                     !std::all_of(text.begin(), text.end(), is_plain) || text.size() > kLongestWord))
+      fail(place, fmt::format("found the word '{}'; expected letters a to z and ', or kana", printable(text, 50)));
     if (word.syllables.empty() || word.syllables.size() > kLongestWord)
       fail(place, fmt::format("has {} syllables; expected 1 to {}", word.syllables.size(), kLongestWord));
     for (const Syllable& syllable : word.syllables) {
@@ -179,6 +183,7 @@ Song SongBuilder::song(std::string_view name) const {
       for (Note& note : syllable.notes) note.span = {note.span.start * beat, note.span.end * beat};
     }
   }
+  sayKana(timed.words);
   checkSong(timed, name);
   return timed;
 }

@@ -8,6 +8,7 @@
 
 #include "audio/audio_tags.h"
 #include "base/time.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -18,8 +19,9 @@ struct Syllable {
 
 /// A word of the lyrics. Its syllables follow each other without a rest.
 struct SongWord {
-  std::string text;  ///< letters and apostrophes, lower case
+  std::string text;  ///< letters and apostrophes, lower case; or kana
   std::vector<Syllable> syllables;
+  Pronunciation said{};  ///< of kana; no phones: the voice knows
 
   [[nodiscard]] TimeSpan span() const { return {syllables.front().notes.front().span.start, end()}; }
   [[nodiscard]] Seconds end() const { return syllables.back().notes.back().span.end; }
@@ -43,8 +45,8 @@ double hzOfMidiPitch(double midi_pitch);
 /// "C4" is 60, "F#3", "Bb4", "A4+20" (cents). Throws InputError.
 double midiPitchFromName(std::string_view name, std::string_view file, std::string_view place);
 
-/// Throws InputError, with `name` in front, for what cannot be sung: no words, words that are not letters and
-/// apostrophes, pitches or lengths out of range, notes that do not follow each other, too long.
+/// Throws InputError, with `name` in front, for what cannot be sung: no words, words that are neither letters and
+/// apostrophes nor kana, pitches or lengths out of range, notes that do not follow each other, too long.
 void checkSong(const Song& song, std::string_view name);
 
 /// The song with as many syllables in each word as a voice gives it: of notes for too many the last syllable takes the

@@ -148,9 +148,10 @@ class PartReader {
     ties_open_ = begins_tie && song_.hasWords();
   }
 
-  static std::string lyricOf(const pugi::xml_node& note) {
+  [[nodiscard]] std::string lyricOf(const pugi::xml_node& note) const {
     std::string letters;
-    for (const pugi::xml_node& text : note.child("lyric").children("text")) letters += wordLetters(text.child_value());
+    for (const pugi::xml_node& text : note.child("lyric").children("text"))
+      letters += wordLetters(text.child_value(), name_, place_);
     return letters;
   }
 

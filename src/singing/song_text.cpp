@@ -1,5 +1,6 @@
 // Songs in plain text: UTAU's projects, and subtitles.
 #include <fmt/format.h>
+#include <unicode/unistr.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
+#include "singing/kana_lyrics.h"
 #include "singing/timed_notes.h"
 
 namespace mouthpiece {
@@ -25,6 +27,32 @@ double numberIn(std::string_view value, std::string_view name, std::size_t line)
   if (!number || !(std::abs(*number) < 1e9))
     throw InputError(name, fmt::format("{}", line), fmt::format("found '{}'; expected a number", printable(value, 20)));
   return *number;
+}
+
+bool isUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    if (!decodeUtf8(text, at)) return false;
+  }
+  return true;
+}
+
+/// UTAU writes Shift JIS, later programs UTF-8 or UTF-16.
+std::string ustText(std::string_view bytes, std::string_view name) {
+  if (!bytes.starts_with("\xFE\xFF") && !bytes.starts_with("\xFF\xFE") && !isUtf8(bytes)) {
+    std::string text;
+    icu::UnicodeString(bytes.data(), static_cast<int32_t>(bytes.size()), "windows-31j").toUTF8String(text);
+    if (!kanaOf(text).empty()) return text;
+  }
+  return decodeText(bytes, name);
+}
+
+/// What a voice bank's notes say besides syllables: "R", a vowel's end ("a R", "n -"), a breath ("息", "吸う").
+bool isSilent(std::string_view lyric, bool is_japanese) {
+  const std::string lower = lowerCase(lyric);
+  if (lower.empty() || lower == "r" || lower == "rest") return true;
+  if (!is_japanese) return false;
+  const bool is_breath = lyric.starts_with("息") || lyric.starts_with("吸");
+  return is_breath || (lower.size() <= 3 && (lower.ends_with(" r") || lower.ends_with(" -")));
 }
 
 /// "00:01:02,345" or "01:02.345".
@@ -44,13 +72,14 @@ std::optional<Seconds> subtitleTime(std::string_view text) {
 }
 
 /// The words of a subtitle share its time by their letters.
-void addSubtitle(TimeSpan span, const std::string& text, std::vector<TimedNote>& notes) {
+void addSubtitle(TimeSpan span, const std::string& text, std::string_view name, std::vector<TimedNote>& notes) {
   std::vector<std::string> words;
   std::vector<std::string_view> pieces;
   splitFields(text, ' ', pieces);
   std::size_t letters = 0;
   for (const std::string_view piece : pieces) {
-    if (std::string word = wordLetters(piece); word.find_first_not_of('\'') != std::string::npos) {
+    if (std::string word = wordLetters(piece, name, fmt::format("subtitle at {:.2f} s", span.start));
+        word.find_first_not_of('\'') != std::string::npos) {
       letters += word.size() + 1;
       words.push_back(std::move(word));
     }
@@ -66,7 +95,8 @@ void addSubtitle(TimeSpan span, const std::string& text, std::vector<TimedNote>&
 }  // namespace
 
 Song parseUst(std::string_view bytes, std::string_view name) {
-  const std::string text = decodeText(bytes, name);
+  const std::string text = ustText(bytes, name);
+  const bool is_japanese = !kanaOf(text).empty();
   std::vector<TimedNote> notes;
   std::string title;
   double tempo = 120, ticks = 0;
@@ -80,9 +110,8 @@ Song parseUst(std::string_view bytes, std::string_view name) {
       throw InputError(name, fmt::format("{}", notes_line), fmt::format("found a length of {:g} ticks", ticks));
     note.span = {now, now + 60 / tempo * ticks / kTicksAQuarter};
     now = note.span.end;
-    const std::string lower = lowerCase(note.text);
-    if (lower != "r" && lower != "rest" && !lower.empty()) {
-      note.goes_on = note.text.starts_with('+') || note.text.starts_with('-');
+    if (!isSilent(note.text, is_japanese)) {
+      note.goes_on = (note.text.starts_with('+') || note.text.starts_with('-')) && kanaOf(note.text).empty();
       notes.push_back(note);
     }
   };
@@ -126,7 +155,7 @@ Song parseSubtitleSong(std::string_view bytes, std::string_view name) {
   std::optional<TimeSpan> span;
   std::string words;
   const auto finish = [&] {
-    if (span) addSubtitle(*span, words, notes);
+    if (span) addSubtitle(*span, words, name, notes);
     span.reset();
     words.clear();
   };

@@ -1,8 +1,12 @@
 #include "singing/timed_notes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "base/errors.h"
 #include "base/text_encoding.h"
+#include "singing/kana_lyrics.h"
 #include "singing/song_builder.h"
 
 namespace mouthpiece {
@@ -14,13 +18,20 @@ constexpr Seconds kShortest = 0.02;
 }  // namespace
 
 std::string wordLetters(std::string_view text) {
-  std::string letters;
+  std::string letters = kanaOf(text);
+  if (!letters.empty()) return letters;
   const std::string lower = lowerCase(text);
   for (std::size_t i = 0; i < lower.size(); ++i) {
     if (std::string_view(lower).substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
     if ((lower[i] >= 'a' && lower[i] <= 'z') || lower[i] == '\'') letters += lower[i];
   }
   return letters;
+}
+
+std::string wordLetters(std::string_view text, std::string_view name, std::string_view place) {
+  if (hasIdeographs(text))
+    throw InputError(name, place, fmt::format("found the lyric '{}'; expected it in kana", printable(text, 60)));
+  return wordLetters(text);
 }
 
 Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_view name) {
@@ -41,7 +52,7 @@ Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_vi
   Seconds sung_until = 0;
   for (std::size_t i = 0; i < sung.size(); ++i) {
     const TimedNote& note = sung[i];
-    const std::string letters = wordLetters(note.text);
+    const std::string letters = wordLetters(note.text, name, fmt::format("note at {:.2f} s", note.span.start));
     if (letters.find_first_not_of('\'') == std::string::npos && !song.hasWords()) continue;  // before any word
     if (note.span.start > sung_until) song.addRest(note.span.start - sung_until);
     if (letters.find_first_not_of('\'') != std::string::npos) {

@@ -22,7 +22,9 @@ struct TimedNote {
 /// within a word are sung through. Throws InputError, with `name` in front, for what cannot be sung.
 Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_view name);
 
-/// A to Z and apostrophes of `text`, in lower case.
+/// The kana of a lyric, or else its A to Z and apostrophes in lower case.
 std::string wordLetters(std::string_view text);
+/// The same. Throws InputError, with `name` and `place` in front, for ideographs, whose reading nobody tells.
+std::string wordLetters(std::string_view text, std::string_view name, std::string_view place);
 
 }  // namespace mouthpiece

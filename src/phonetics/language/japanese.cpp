@@ -10,6 +10,7 @@
 #include "base/text_encoding.h"
 #include "phonetics/language/espeak_languages.h"
 #include "phonetics/language/japanese_readings.h"
+#include "phonetics/language/kana.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece {
@@ -173,6 +174,8 @@ std::vector<SaidWord> sayJapanese(std::string_view sentence, const Language& lan
 }
 
 }  // namespace
+
+Pronunciation pronounceKana(std::string_view kana) { return pronunciationOf(katakanaOf(kana), japanese()); }
 
 const Language& japanese() {
   static const Language kJapanese = [] {

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "phonetics/labels/speech_labels.h"
@@ -28,6 +29,9 @@ class Lexicon {
   /// All pronunciations, the first the usual one; empty when the word is unknown. Looks for the word as it is written,
   /// then in lower case, then (longer words only) in capitals: "A" is the letter, "a" the article.
   [[nodiscard]] const std::vector<Pronunciation>& find(std::string_view word) const;
+
+  /// Says `word`, which is looked for as it is written, as `said`, whatever was known of it.
+  void add(std::string word, Pronunciation said) { words_[std::move(word)] = {std::move(said)}; }
 
   /// Makes pronunciation `way` of a word the usual one; nothing happens for an unknown word or way.
   void putFirst(std::string_view word, std::size_t way);

@@ -388,6 +388,17 @@ TEST(MusicXml, ReadsOneVoiceWithLyrics) {
   EXPECT_DOUBLE_EQ(star[1].hz, 440);
 }
 
+TEST(MusicXml, KanaAreSungByTheirSounds) {
+  const Song song = parseMusicXml(score(note("C", 4, 2, lyric("begin", "さ")) + note("D", 4, 2, lyric("end", "き")) +
+                                        note("E", 4, 2, lyric("single", "ゆ"))),
+                                  "x");
+  ASSERT_EQ(song.words.size(), 2U);
+  EXPECT_EQ(song.words[0].text, "さき");
+  EXPECT_EQ(song.words[0].said.ipa, (std::vector<std::string>{"s", "a", "kʲ", "i"}));
+  EXPECT_EQ(song.words[0].syllables.size(), 2U);
+  EXPECT_THROW(parseMusicXml(score(note("C", 4, 2, lyric("single", "桜"))), "x"), InputError);
+}
+
 TEST(MusicXml, ATieEndsWhereARestBegins) {
   const std::string rest = "<note><rest/><duration>2</duration></note>";
   const Song song = parseMusicXml(score(note("C", 4, 2, lyric("single", "la") + "<tie type=\"start\"/>") + rest +

@@ -199,6 +199,68 @@ TEST(UstSong, SaysWhatIsWrongWithAFile) {
             "a.ust: holds no sung note; expected sections [#0000] with Length, Lyric and NoteNum");
 }
 
+/// A UST of notes of half a second each, in Japanese.
+std::string ustOf(const std::vector<std::string>& lyrics) {
+  std::string ust = "[#SETTING]\nTempo=60.00\n";
+  for (const std::string& lyric : lyrics) ust += "[#0000]\nLength=240\nLyric=" + lyric + "\nNoteNum=60\n";
+  return ust + "[#TRACKEND]\n";
+}
+
+/// The sounds of each word between blanks.
+std::string soundsOf(const Song& song) {
+  std::string sounds;
+  for (const SongWord& word : song.words) {
+    sounds += sounds.empty() ? "" : " ";
+    for (const std::string& symbol : word.said.ipa) sounds += symbol;
+  }
+  return sounds;
+}
+
+TEST(UstSong, KanaAreWordsOfTheirSounds) {
+  const Song song = parseUst(ustOf({"き", "ら", "キ", "ラ", "R", "ほ", "し"}), "a.ust");
+  EXPECT_EQ(wordsOf(song), "き/1 ら/1 キ/1 ラ/1 ほ/1 し/1");
+  EXPECT_EQ(soundsOf(song), "kʲi ɾa kʲi ɾa ho ɕi");
+  EXPECT_NEAR(song.words[4].span().start, 2.5, 1e-6) << "after a rest";
+  EXPECT_EQ(song.words[0].said.heard.size(), song.words[0].said.phones.size());
+}
+
+TEST(UstSong, WhatVoiceBanksWriteAroundKanaIsLeftOut) {
+  EXPECT_EQ(soundsOf(parseUst(ustOf({"- か", "a き", "i く↑", "u けA4", "e R", "息", "_さ2"}), "a.ust")),
+            "ka kʲi kɯ ke sa");
+}
+
+TEST(UstSong, NAndDoubledConsonantsGoByWhatFollows) {
+  EXPECT_EQ(soundsOf(parseUst(ustOf({"さ", "ん", "ぽ", "R", "ほ", "ん"}), "a.ust")), "sa m po ho ɴ");
+  EXPECT_EQ(soundsOf(parseUst(ustOf({"か", "ん", "た", "ん"}), "a.ust")), "ka n ta ɴ");
+  EXPECT_EQ(soundsOf(parseUst(ustOf({"き", "っ", "と"}), "a.ust")), "kʲi tːo") << "the closing is a rest";
+  EXPECT_NEAR(parseUst(ustOf({"き", "っ", "と"}), "a.ust").words[1].span().start, 1.0, 1e-6);
+  EXPECT_EQ(soundsOf(parseUst(ustOf({"きっ", "と", "きっ", "R", "と"}), "a.ust")), "kʲi tːo kʲi to");
+}
+
+TEST(UstSong, ALongVowelIsAMelisma) {
+  const Song song = parseUst(ustOf({"そ", "ー", "ら", "あー"}), "a.ust");
+  EXPECT_EQ(soundsOf(song), "so ɾa aː");
+  EXPECT_EQ(song.words[0].syllables[0].notes.size(), 2U);
+}
+
+TEST(UstSong, ShiftJisIsRead) {
+  const std::string kana =
+      "[#SETTING]\nTempo=60\n[#0000]\nLength=240\nLyric=\x82\xA9\nNoteNum=60\n"
+      "[#0001]\nLength=240\nLyric=\x83\x6C\nNoteNum=62\n";
+  EXPECT_EQ(wordsOf(parseUst(kana, "a.ust")), "か/1 ネ/1");
+  EXPECT_EQ(wordsOf(parseUst("[#0000]\nLength=240\nLyric=ol\xE9\nNoteNum=60\n", "a.ust")), "ol/1")
+      << "Latin-1, as before";
+}
+
+TEST(UstSong, IdeographsAreNotGuessed) {
+  EXPECT_EQ(errorOf([] {
+              parseUst(ustOf({"さ", "桜"}), "a.ust");
+            }),
+            "a.ust:note at 0.50 s: found the lyric '桜'; expected it in kana");
+  EXPECT_EQ(errorOf([] { parseSubtitleSong("1\n00:00:01,000 --> 00:00:03,000\n桜が咲く\n", "a.srt"); }),
+            "a.srt:subtitle at 1.00 s: found the lyric '桜が咲く'; expected it in kana");
+}
+
 TEST(SubtitleSong, WordsShareTheirTimeByTheirLetters) {
   const Song song = parseSubtitleSong(
       "1\n00:00:01,000 --> 00:00:03,000\nTwinkle star\n\n2\n00:00:04,500 --> 00:00:05,000\nhow\n", "a.srt");
