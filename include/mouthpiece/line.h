@@ -15,11 +15,12 @@ struct MOUTHPIECE_API Line {
   std::string text;              ///< to be spoken; for a recording what is said in it, if known
   std::filesystem::path audio;   ///< a recording; empty: a voice speaks or sings
   std::filesystem::path phones;  ///< the recording's labels: TextGrid, .lab or .phn
-  std::filesystem::path song;    ///< song.json or MusicXML
+  std::filesystem::path song;    ///< a written song (docs/formats/song.md)
   bool is_sung = false;
   std::filesystem::path
       times{};         ///< words and times of another program that heard the recording (docs/formats/times.md)
   std::string hint{};  ///< of a recording with nothing else: words and phrases that are likely in it
+  std::optional<double> song_offset{};  ///< where in the recording a song's clock stands at 0, s; none: it is found
 
   static Line typed(std::string text);
   /// A recording whose labels are found from what it says.
@@ -30,8 +31,8 @@ struct MOUTHPIECE_API Line {
   static Line heard(std::filesystem::path audio, std::string hint = {});
   /// A recording that another program has heard: its file of words and times.
   static Line timed(std::filesystem::path audio, std::filesystem::path times);
-  /// A song to be sung by Festival.
-  static Line singing(std::filesystem::path song);
+  /// A song to be sung by Festival; with `audio`, its sound as a person or another program sings it.
+  static Line singing(std::filesystem::path song, std::filesystem::path audio = {});
   /// A recorded song; `lyrics` is a file with its words. Throws InputError.
   static Line sung(std::filesystem::path audio, const std::filesystem::path& lyrics);
   /// The same with the words themselves; what stands in square brackets is not sung. Throws InputError.

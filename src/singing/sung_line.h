@@ -16,7 +16,8 @@ namespace mouthpiece {
 struct SungLine {
   SpokenLine line;
   AudioTags tags;
-  std::vector<std::string> warnings;  ///< what makes the tags doubtful
+  std::vector<std::string> warnings;   ///< what makes the tags doubtful
+  std::vector<std::string> notices{};  ///< what is worth telling and no doubt
 };
 
 /// What a voice adds to a note with vibrato: it comes after a delay and grows.

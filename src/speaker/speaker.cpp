@@ -22,6 +22,7 @@
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
+#include "singing/song_beside_sound.h"
 #include "singing/sung_line.h"
 #include "speaker/live_setup.h"
 #include "speaker/manner.h"
@@ -151,6 +152,8 @@ struct Speaker::Data {
   SpokenLine alignRecording(const Line& line);
   SpokenLine hearRecording(const Line& line);
   SpokenLine speakOrRead(const Line& line);
+  /// A song that is written down, sung by a voice or beside a recording of it.
+  SungLine songOf(const Line& line);
   /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
   SungLine soundOf(const Line& line);
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
@@ -291,8 +294,20 @@ std::vector<GuessedWord> Speaker::Data::guessesIn(const SpeechLabels& labels) {
   return guesses;
 }
 
+SungLine Speaker::Data::songOf(const Line& source) {
+  const Song song = readSong(source.song);
+  AudioClip sound;
+  if (!source.audio.empty()) sound = readRecording(source.audio);  // before Festival sings for nothing
+  SungLine sung = singSong(song, {{}, lexicon ? &*lexicon : nullptr, {}});
+  if (source.audio.empty()) return sung;
+  if (!aligner) aligner = std::make_unique<ForcedAligner>(std::filesystem::path(), *language);
+  sung = besideSound(std::move(sung), std::move(sound), source.song_offset, *aligner, source.audio.string());
+  sung.line.voice = "recorded:" + source.audio.filename().string();
+  return sung;
+}
+
 SungLine Speaker::Data::soundOf(const Line& source) {
-  if (!source.song.empty()) return singSong(readSong(source.song), {{}, lexicon ? &*lexicon : nullptr, {}});
+  if (!source.song.empty()) return songOf(source);
   SpokenLine line = speakOrRead(source);
   if (!source.is_sung && !synthesis.curves.ma.automatic && synthesis.curves.alone != CurveStyle::kSing)
     return SungLine{std::move(line), {}, {}};
@@ -456,6 +471,7 @@ Performance Speaker::perform(const Line& given) {
   std::vector<std::string> remarks = data_->remarksOn(animation, line, request, sound);
   animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
   animation.warnings.insert(animation.warnings.end(), remarks.begin(), remarks.end());
+  animation.notices.insert(animation.notices.begin(), sound.notices.begin(), sound.notices.end());
   animation.notices.insert(animation.notices.begin(), data_->heard_notices.begin(), data_->heard_notices.end());
   if (!animation.head.empty() && data_->face && isGlb(data_->face->data().meshPath()))
     animation.notices.emplace_back(
@@ -489,7 +505,9 @@ Line Line::heard(std::filesystem::path audio, std::string hint) {
 Line Line::timed(std::filesystem::path audio, std::filesystem::path times) {
   return {{}, std::move(audio), {}, {}, false, std::move(times)};
 }
-Line Line::singing(std::filesystem::path song) { return {{}, {}, {}, std::move(song), true}; }
+Line Line::singing(std::filesystem::path song, std::filesystem::path audio) {
+  return {{}, std::move(audio), {}, std::move(song), true};
+}
 Line Line::sung(std::filesystem::path audio, const std::filesystem::path& lyrics) {
   return {readLyrics(lyrics), std::move(audio), {}, {}, true};
 }

@@ -159,6 +159,61 @@ TEST_F(SungSong, LabelsMadeElsewhereAreTakenAsTheyAreAndTheNotesAreHeard) {
   EXPECT_GT(highest, 0.8) << "a high note: more than a long spoken vowel";
 }
 
+/// Every note and rest up to a fifth longer or shorter, as a person sings to a score.
+json withRubato(json song) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> factor(0.8, 1.2);
+  for (json& word : song.at("words")) {
+    if (word.contains("rest")) word["rest"] = word["rest"].get<double>() * factor(random);
+    if (!word.contains("notes")) continue;
+    for (json& note : word["notes"]) note["beats"] = note["beats"].get<double>() * factor(random);
+  }
+  return song;
+}
+
+TEST_F(SungSong, AScoreGoesWithTheSoundOfWhoSingsIt) {
+  constexpr Seconds kBefore = 1.3;
+  for (const bool is_live : {false, true}) {
+    sing(is_live ? withRubato(song("twinkle")) : song("twinkle"));
+    const SpeechLabels sung = readTextGrid(path("song.TextGrid"));
+    changeSound([&](AudioClip& clip) {
+      clip.samples.insert(clip.samples.begin(), static_cast<std::size_t>(kBefore * clip.sample_rate_hz), 0.0F);
+    });
+    const fs::path score = scratch_.write("score.json", song("twinkle").dump());
+    const ProgramResult result =
+        runProgram("synth", {"--song", score.string(), "--audio", path("song.wav"), "-o", path("beside.TextGrid"), "-o",
+                             path("report.json"), "-o", path("speech.wav"), "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(readAudio(path("speech.wav")).samples, readAudio(path("song.wav")).samples);
+    const SpeechLabels beside = readTextGrid(path("beside.TextGrid"));
+    ASSERT_EQ(beside.words.size(), sung.words.size());
+    std::vector<double> errors;
+    for (std::size_t word = 0; word < sung.words.size(); ++word) {
+      const auto wanted = vowelOnsets(sung, word), got = vowelOnsets(beside, word);
+      ASSERT_EQ(wanted.size(), got.size()) << "the score's sounds";
+      for (std::size_t i = 0; i < wanted.size(); ++i) errors.push_back(std::abs(got[i] - wanted[i] - kBefore));
+    }
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LE(errors[errors.size() / 2], 0.020) << (is_live ? "live" : "to the score");
+    EXPECT_LE(errors[errors.size() * 9 / 10], 0.060);
+    const json report = json::parse(readAll(path("report.json")));
+    EXPECT_NE(report.at("notices").dump().find("the song's clock begins at +1."), std::string::npos)
+        << report.at("notices");
+    EXPECT_EQ(report.at("style"), "sing");
+  }
+  // Another song: told, and no error.
+  const fs::path other = scratch_.write("other.json", song("gloria").dump());
+  const ProgramResult result = runProgram(
+      "synth", {"--song", other.string(), "--audio", path("song.wav"), "-o", path("report.json"), "--quiet"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(json::parse(readAll(path("report.json"))).at("warnings").dump().find("are not heard in the sound"),
+            std::string::npos);
+  const ProgramResult missing =
+      runProgram("synth", {"--song", other.string(), "--audio", path("none.wav"), "-o", path("report.json")});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.err.find("none.wav"), std::string::npos) << missing.err;
+}
+
 TEST_F(SungSong, WhatIsWrongWithARecordingIsSaid) {
   sing(song("gloria"));
   const AudioClip sung = readAudio(path("song.wav"));

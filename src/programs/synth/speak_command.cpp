@@ -15,6 +15,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kMaxTextFileBytes = 1 << 20;
+constexpr double kFarthestOffset = 14'400;  // s, as long as a sound may be
 
 struct SpeakOptions : SharedOptions {
   Line line;
@@ -64,16 +65,21 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* lyrics = app.add_option("--lyrics", options.lyrics,
                                 "The recording is of a song; a file with its words; -: standard input");
   lyrics->needs(audio)->excludes(transcript)->excludes(transcript_file)->excludes(times)->excludes(hint);
-  app.add_option("--lyrics-text", options.lyrics_text, "The same, the words themselves")
-      ->needs(audio)
+  auto* lyrics_text = app.add_option("--lyrics-text", options.lyrics_text, "The same, the words themselves");
+  lyrics_text->needs(audio)
       ->excludes(transcript)
       ->excludes(transcript_file)
       ->excludes(times)
       ->excludes(hint)
       ->excludes(lyrics);
   auto* song = app.add_option("--song", options.line.song,
-                              "A song to sing: song.json, MusicXML (.mxl, too), MIDI with lyrics, UST, SRT");
-  song->excludes(text, file, audio);
+                              "A song to sing: song.json, MusicXML (.mxl, too), MIDI with lyrics, UST, SRT; its sound "
+                              "may be given with --audio");
+  song->excludes(text, file, phones, transcript, transcript_file, times, hint, lyrics, lyrics_text);
+  app.add_option("--song-offset", options.line.song_offset,
+                 "When in --audio the song's clock begins, s; it is found by itself else")
+      ->needs(song, audio)
+      ->check(CLI::Range(-kFarthestOffset, kFarthestOffset));
   text->excludes(file, audio);
   file->excludes(audio);
   phones->needs(audio);
@@ -119,7 +125,11 @@ std::string textOf(const std::filesystem::path& file) {
 std::string textOrInput(const std::string& given) { return given == "-" ? textOf(given) : given; }
 
 Line lineOf(const SpeakOptions& options) {
-  if (!options.line.song.empty()) return Line::singing(options.line.song);
+  if (!options.line.song.empty()) {
+    Line sung = Line::singing(options.line.song, options.line.audio);
+    sung.song_offset = options.line.song_offset;
+    return sung;
+  }
   if (!options.lyrics.empty()) {
     // Standard input is no file that can be asked for its size.
     Line sung = options.lyrics == "-" ? Line::sungWords(options.line.audio, textOf(options.lyrics))
