@@ -19,6 +19,7 @@
 #include "page_engine/line_package.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/labels/likely_words.h"
+#include "phonetics/language/kana.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
@@ -287,6 +288,7 @@ std::vector<GuessedWord> Speaker::Data::guessesIn(const SpeechLabels& labels) {
   std::vector<GuessedWord> guesses;
   for (const LabelledWord& word : labels.words) {
     if (word.text.empty() || pronouncer->knows(word.text)) continue;
+    if (!pronounceKana(word.text).phones.empty()) continue;  // in an English line: of a song, as they are written
     GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
     for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
       guess.phones.emplace_back(labels.phones[i].name());

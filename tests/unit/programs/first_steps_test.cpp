@@ -367,6 +367,14 @@ TEST_F(FirstSteps, SongsOfOtherProgramsAreSung) {
     EXPECT_TRUE(holds(labels(), "\"happy\"") && holds(labels(), "\"day\"")) << name << labels();
     EXPECT_NEAR(report()["duration_s"], 1.5, 1) << name;
   }
+  const ProgramResult kana = synth({"--song",
+                                    file("kana.ust",
+                                         "[#SETTING]\nTempo=120.00\n[#0000]\nLength=480\nLyric=- ぴ\nNoteNum=60\n"
+                                         "[#0001]\nLength=480\nLyric=i か\nNoteNum=62\n"),
+                                    "-o", path("phones.TextGrid")});
+  ASSERT_EQ(kana.exit_code, 0) << kana.err;
+  EXPECT_TRUE(holds(labels(), "\"ぴ\"") && holds(labels(), "\"pʲ\"")) << labels();
+  EXPECT_FALSE(holds(kana.err, "no dictionary has")) << "kana tell how they are said: " << kana.err;
 }
 
 /// The JSON of a GLB.
