@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "base/child_process.h"
@@ -104,16 +105,21 @@ Song withMadeUpWords(Song song, Lexicon& lexicon) {
   return song;
 }
 
-/// Gives made-up words their own text and phones back.
-void putBack(const Song& song, std::size_t& word, FestivalUtterance& utterance) {
+/// Gives made-up words their own text and phones back. Festival may have words of its own for rests.
+void putBack(const Song& song, FestivalUtterance& utterance) {
+  std::map<std::string, const SongWord*, std::less<>> made_up;
+  for (std::size_t i = 0; i < song.words.size(); ++i) {
+    if (!song.words[i].said.phones.empty()) made_up[madeUpWord(i)] = &song.words[i];
+  }
   std::vector<std::vector<PhoneSegment*>> phones(utterance.words.size());
   for (PhoneSegment& phone : utterance.phones) {
     if (phone.word && *phone.word < phones.size()) phones[*phone.word].push_back(&phone);
   }
-  for (std::size_t i = 0; i < utterance.words.size() && word < song.words.size(); ++i, ++word) {
-    const Pronunciation& said = song.words[word].said;
-    if (said.phones.empty()) continue;
-    utterance.words[i] = song.words[word].text;
+  for (std::size_t i = 0; i < utterance.words.size(); ++i) {
+    const auto found = made_up.find(utterance.words[i]);
+    if (found == made_up.end()) continue;
+    const Pronunciation& said = found->second->said;
+    utterance.words[i] = found->second->text;
     if (phones[i].size() != said.phones.size()) continue;
     for (std::size_t k = 0; k < phones[i].size(); ++k) {
       phones[i][k]->phone = said.phones[k];
@@ -265,9 +271,9 @@ SungLine singWithFestival(const Song& written, const SingingOptions& options) {
       replaced(job.substr(labels_begin), "(list utt.synth ", "(list utt.synth mouthpiece-join-all ");
   festival.run(start + std::string(kFix) + std::string(kHold) + sing, std::string(kFestivalLabelsFile));
   SpokenLineBuilder builder;
-  std::size_t number = 0, word = 0;
+  std::size_t number = 0;
   for (FestivalUtterance& utterance : parseFestivalLabels(readFile(festival.file(kFestivalLabelsFile)))) {
-    putBack(written, word, utterance);
+    putBack(written, utterance);
     builder.add(readAudio(festival.file(festivalWaveFile(number++))), std::move(utterance.phones), utterance.words);
   }
   return {builder.build(text, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
