@@ -15,7 +15,6 @@
 #include <filesystem>
 #include <map>
 #include <new>
-#include <regex>
 #include <system_error>
 #include <thread>
 #include <tuple>
@@ -123,33 +122,43 @@ std::string swallowedNames(const CLI::App& app) {
 }
 
 /// What CLI11 says of a value that is missing, given twice, no number or out of bounds, as other errors say it.
+/// (std::regex would run out of stack on a value of 100,000 letters.)
 std::string plainly(const std::string& what, const CLI::App& app) {
-  static const std::regex kNoNumber("Could not convert: (\\S+) = ([^]*)"),
-      kOutOfBounds("(\\S+): Value ([^]*) not in range (\\S+) to (\\S+)");
-  static const std::regex kMissing("(\\S+): 1 required \\S+ missing"), kNoneOf("(\\S+): ([^]*) not in \\{([^}]*)\\}"),
-      kTooMany("(\\S+): At Most 1 required but received (\\d+)");
-  std::smatch found;
-  if (std::regex_match(what, found, kMissing)) return found.str(1) + ": found no value; expected one";
-  if (std::regex_match(what, found, kTooMany))
-    return fmt::format("{}: found {} values; expected one", found.str(1), found.str(2));
-  if (std::regex_match(what, found, kOutOfBounds)) {
-    return fmt::format("{}: found '{}'; expected {} to {}", found.str(1), found.str(2), std::stod(found.str(3)),
-                       std::stod(found.str(4)));
+  const auto told = [](std::string_view option, std::string_view found, std::string_view expected) {
+    return fmt::format("{}: found {}; expected {}", option, found, expected);
+  };
+  const auto quoted = [](const std::string& value) { return fmt::format("'{}'", printable(value, 120)); };
+  constexpr std::string_view kNoNumber = "Could not convert: ", kIs = " = ";
+  if (const std::size_t is = what.find(kIs); what.starts_with(kNoNumber) && is != std::string::npos) {
+    const std::string option = what.substr(kNoNumber.size(), is - kNoNumber.size());
+    std::string type;
+    for (const CLI::App* each : inUse(app)) {
+      if (const CLI::Option* known = each->get_option_no_throw(option)) type = known->get_type_name();
+    }
+    const char* expected = type.starts_with("UINT")  ? "a whole number from 0"
+                           : type.starts_with("INT") ? "a whole number"
+                                                     : "a number";
+    return told(option, quoted(what.substr(is + kIs.size())), expected);
   }
-  if (std::regex_match(what, found, kNoneOf)) {
-    std::string known = found.str(3);
-    std::replace(known.begin(), known.end(), ',', '|');
-    return fmt::format("{}: found '{}'; expected {}", found.str(1), found.str(2), known);
+  const std::size_t colon = what.find(": ");
+  if (colon == std::string::npos) return what;
+  const std::string option = what.substr(0, colon), rest = what.substr(colon + 2);
+  constexpr std::string_view kTooMany = "At Most 1 required but received ", kValue = "Value ",
+                             kBounds = " not in range ", kTo = " to ", kNames = " not in {";
+  if (rest.starts_with("1 required ") && rest.ends_with(" missing")) return told(option, "no value", "one");
+  if (rest.starts_with(kTooMany)) return told(option, rest.substr(kTooMany.size()) + " values", "one");
+  if (const std::size_t at = rest.rfind(kBounds), to = rest.rfind(kTo);
+      rest.starts_with(kValue) && at != std::string::npos && to != std::string::npos && to > at) {
+    const std::string least = rest.substr(at + kBounds.size(), to - at - kBounds.size());
+    return told(option, quoted(rest.substr(kValue.size(), at - kValue.size())),
+                fmt::format("{} to {}", std::stod(least), std::stod(rest.substr(to + kTo.size()))));
   }
-  if (!std::regex_match(what, found, kNoNumber)) return what;
-  std::string type;
-  for (const CLI::App* each : inUse(app)) {
-    if (const CLI::Option* option = each->get_option_no_throw(found.str(1))) type = option->get_type_name();
+  if (const std::size_t at = rest.rfind(kNames); at != std::string::npos && rest.ends_with('}')) {
+    std::string names = rest.substr(at + kNames.size(), rest.size() - at - kNames.size() - 1);
+    std::replace(names.begin(), names.end(), ',', '|');
+    return told(option, quoted(rest.substr(0, at)), names);
   }
-  const char* expected = type.starts_with("UINT")  ? "a whole number from 0"
-                         : type.starts_with("INT") ? "a whole number"
-                                                   : "a number";
-  return fmt::format("{}: found '{}'; expected {}", found.str(1), found.str(2), expected);
+  return what;
 }
 
 /// Wrong usage on one line, as every other error: what CLI11 says, what may have been meant by words that nobody knows,

@@ -13,6 +13,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
 #include "hearing/alignment/text_doubt.h"
 
 namespace mouthpiece {
@@ -171,12 +172,10 @@ void believe(const Line& line, const TextScore& score, const Pronouncer& pronoun
   for (const NetworkWord& word : score.heard) heard += (heard.empty() ? "" : " ") + word.text;
   const Differences differences =
       differencesOf(phonesOf(fmt::format("{}", fmt::join(line.text, " ")), pronouncer), phonesOf(heard, pronouncer));
-  std::vector<double> words(alignment.confidence.begin() + signedIndex(line.first),
-                            alignment.confidence.begin() + signedIndex(line.end));
-  const auto middle = words.begin() + signedIndex(words.size() / 2);
-  std::nth_element(words.begin(), middle, words.end());
+  const double middle = median(
+      {alignment.confidence.begin() + signedIndex(line.first), alignment.confidence.begin() + signedIndex(line.end)});
   double of_line = confidenceOf(oddsOfLine(word_odds, score, differences, noiseOf(line.sound)));
-  if (*middle < kLeastMiddleWord) of_line = std::min(of_line, *middle);
+  if (middle < kLeastMiddleWord) of_line = std::min(of_line, middle);
   std::fill(alignment.line_confidence.begin() + signedIndex(line.first),
             alignment.line_confidence.begin() + signedIndex(line.end), of_line);
 }

@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "base/errors.h"
 #include "mouthpiece/speaker.h"
 #include "programs/program.h"
 
@@ -19,7 +20,8 @@ void addChoice(CLI::App& app, const std::string& option, Value& value, const std
          option,
          [&value, names, option, known](const std::string& name) {
            const auto found = names.find(name);
-           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
+           if (found == names.end())
+             throw CLI::ValidationError(option, "found '" + printable(name, 120) + "'; expected " + known);
            value = found->second;
          },
          help)

@@ -190,6 +190,11 @@ TEST(Usage, ValuesThatNoOptionTakes) {
       {"synth", {"--text", "a", "--seed", "-1"}},
       {"synth", {"--text", "a", "--text", "b"}},
       {"synth", {"--text", "a", "--mood"}},
+      {"synth", {"--text", "a", "--seed", std::string(120'000, 'x')}},
+      {"synth", {"--text", "a", "--rate", std::string(120'000, 'x')}},
+      {"synth", {"--text", "a", "--rate", " not in range  to "}},
+      {"synth", {"--text", "a", "--method", std::string(120'000, 'x')}},
+      fitWith("--kernel", std::string(120'000, 'x')),
   };
   for (const Call& call : calls) {
     expectWrongUsage(call);
