@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -91,6 +92,11 @@ class MOUTHPIECE_API LiveStream {
   /// Lets the speaker's voice say a text after all that was pushed, and returns its sound, which begins at saidUntil()
   /// as it was before. Throws InputError as Speaker::perform() does.
   Sound say(std::string_view text);
+  /// The same, with its sound in pieces as the voice makes them: `take` gets when each begins, seconds from the
+  /// stream's start, and the frames of what it belongs to can be pulled before. It may pull them itself, but pushes and
+  /// says nothing; what it throws ends the text. Flite's voices know what they say in half the time that their sound
+  /// takes; others give it whole.
+  void say(std::string_view text, const std::function<void(Seconds begin, const Sound& piece)>& take);
   /// Nothing follows: the frames up to the end can be pulled.
   void finish();
   /// Until when it is known what is said.

@@ -150,6 +150,13 @@ MOUTHPIECE_API int mouthpiece_live_silence(mouthpiece_live* live, double until_s
 /* Lets the speaker's voice say a text. Its sound stays until the next call; the pointers may be null. */
 MOUTHPIECE_API int mouthpiece_live_say(mouthpiece_live* live, const char* text, const float** samples,
                                        size_t* sample_count, int* sample_rate_hz, char* error, size_t error_size);
+/* A piece of a text's sound, which begins `begin_s` after the stream's start; it stays until the function returns. */
+typedef void (*mouthpiece_take_sound)(void* context, double begin_s, const float* samples, size_t sample_count,
+                                      int sample_rate_hz);
+/* The same, with its sound in pieces as the voice makes them, `take` called with `context` for each: the frames of what
+   it belongs to can be had before. `take` may ask for them, but pushes and says nothing. */
+MOUTHPIECE_API int mouthpiece_live_say_in_pieces(mouthpiece_live* live, const char* text, mouthpiece_take_sound take,
+                                                 void* context, char* error, size_t error_size);
 MOUTHPIECE_API int mouthpiece_live_finish(mouthpiece_live* live, char* error, size_t error_size);
 /* Sets *has_frame to 0 where the next frame is not known. With `now` not 0 there always is one: the mouth comes to rest
  * where nothing is known. */

@@ -339,6 +339,17 @@ int mouthpiece_live_say(mouthpiece_live* live, const char* text, const float** s
   });
 }
 
+int mouthpiece_live_say_in_pieces(mouthpiece_live* live, const char* text, mouthpiece_take_sound take, void* context,
+                                  char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    expectGiven(text, "text");
+    live->stream.say(text, [&](Seconds begin, const Sound& piece) {
+      if (take != nullptr) take(context, begin, piece.samples.data(), piece.samples.size(), piece.sample_rate_hz);
+    });
+  });
+}
+
 int mouthpiece_live_finish(mouthpiece_live* live, char* error, size_t error_size) {
   return guarded(error, error_size, [&] {
     expectGiven(live, "live stream");

@@ -58,6 +58,7 @@ struct LiveStream::Data {
   void hearWhole();
   void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
   void pushPhones(const std::vector<PhoneSegment>& phones);
+  Seconds sayLabels(const SpeechLabels& labels);
   void makeOwnVoice();
   void makePronouncer();
   std::vector<PhoneSegment> phonesOfWord(std::string_view word, const TimeSpan& span);
@@ -374,6 +375,31 @@ void LiveStream::Data::pushPhones(const std::vector<PhoneSegment>& phones) {
   }
 }
 
+/// Says labels from now on, as long as they last, and makes their frames. Returns when they begin.
+Seconds LiveStream::Data::sayLabels(const SpeechLabels& labels) {
+  constexpr Seconds kAtOnce = 0.25;
+  catchUp();
+  const Seconds begin = std::max(motion.saidUntil(), now());
+  if (begin > motion.saidUntil()) motion.say({.phone = Phone::kSil, .span = {motion.saidUntil(), begin}});
+  for (const LabelledPhone& phone : labels.phones) {
+    PhoneSegment said{
+        .phone = phone.phone, .span = {begin + phone.span.start, begin + phone.span.end}, .ipa = phone.ipa};
+    if (phone.word) said.word = words + *phone.word;
+    said.syllable = phone.syllable;
+    if (phone.syllable && isVowel(phone.phone)) said.stress = labels.syllables[*phone.syllable].stress;
+    if (said.span.duration() > 0) motion.say(said);
+  }
+  words += labels.words.size();
+  // They end in silence: no frame of them waits for what follows.
+  const Seconds end = motion.saidUntil();
+  const std::array<PhoneSegment, 1> after{PhoneSegment{.phone = Phone::kSil, .span = {end, end + options.look_ahead}}};
+  for (Seconds until = now(); until < end;) {
+    until = std::min(end, until + kAtOnce);
+    makeFrames(until + options.look_ahead, after);
+  }
+  return begin;
+}
+
 LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options) {
   expectUsable(options);
   return LiveStream(std::make_unique<LiveStream::Data>(std::move(setup), options));
@@ -461,33 +487,33 @@ void LiveStream::silence(Seconds until) {
 }
 
 Sound LiveStream::say(std::string_view text) {
-  constexpr Seconds kAtOnce = 0.25;
   Data& data = *data_;
   data.expectOpen(false);
   data.makeOwnVoice();
   const SpokenLine line = data.voice->speak(text);
-  data.catchUp();
-  const Seconds begin = std::max(data.motion.saidUntil(), data.now());
-  if (begin > data.motion.saidUntil())
-    data.motion.say({.phone = Phone::kSil, .span = {data.motion.saidUntil(), begin}});
-  for (const LabelledPhone& phone : line.labels.phones) {
-    PhoneSegment said{
-        .phone = phone.phone, .span = {begin + phone.span.start, begin + phone.span.end}, .ipa = phone.ipa};
-    if (phone.word) said.word = data.words + *phone.word;
-    said.syllable = phone.syllable;
-    if (phone.syllable && isVowel(phone.phone)) said.stress = line.labels.syllables[*phone.syllable].stress;
-    if (said.span.duration() > 0) data.motion.say(said);
-  }
-  data.words += line.labels.words.size();
-  // The line ends in silence: no frame of it waits for what follows.
-  const Seconds end = data.motion.saidUntil();
-  const std::array<PhoneSegment, 1> after{
-      PhoneSegment{.phone = Phone::kSil, .span = {end, end + data.options.look_ahead}}};
-  for (Seconds until = data.now(); until < end;) {
-    until = std::min(end, until + kAtOnce);
-    data.makeFrames(until + data.options.look_ahead, after);
-  }
+  data.sayLabels(line.labels);
   return {line.audio.sample_rate_hz, line.audio.samples};
+}
+
+void LiveStream::say(std::string_view text, const std::function<void(Seconds begin, const Sound& piece)>& take) {
+  Data& data = *data_;
+  data.expectOpen(false);
+  data.makeOwnVoice();
+  Seconds sounded_until = 0;
+  const auto waitForSound = [&] {
+    if (sounded_until > data.motion.saidUntil())
+      data.motion.say({.phone = Phone::kSil, .span = {data.motion.saidUntil(), sounded_until}});
+  };
+  data.voice->speakInPieces(text, [&](const SpokenPiece& piece) {
+    if (!piece.labels.phones.empty()) {
+      waitForSound();
+      sounded_until = data.sayLabels(piece.labels);
+    }
+    if (piece.audio.samples.empty()) return;
+    take(sounded_until, {piece.audio.sample_rate_hz, piece.audio.samples});
+    sounded_until += piece.audio.duration();
+  });
+  waitForSound();
 }
 
 void LiveStream::finish() {

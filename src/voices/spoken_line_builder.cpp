@@ -132,7 +132,7 @@ void SpokenLineBuilder::add(AudioClip audio, std::vector<PhoneSegment> phones, c
 }
 
 SpokenLine SpokenLineBuilder::build(std::string text, std::string voice) {
-  if (line_.labels.phones.empty()) {
+  if (isEmpty()) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
   }

@@ -18,6 +18,8 @@ class SpokenLineBuilder {
   explicit SpokenLineBuilder(const Language& language = english()) : language_(language) {}
   /// Utterances without phones are left out.
   void add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words);
+  /// Whether nothing was said so far.
+  [[nodiscard]] bool isEmpty() const { return line_.labels.phones.empty(); }
   /// Words are spelled as `text`, which was said, has them: Flite's "mother" "'s" is one word. Throws InputError when
   /// nothing was said.
   SpokenLine build(std::string text, std::string voice);

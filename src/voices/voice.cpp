@@ -47,6 +47,9 @@ class OwnLexiconVoice : public Voice {
     line.notice += fmt::format("the voice {} reads no lexicon: words are said as it knows them", name_);
     return line;
   }
+  void speakInPieces(std::string_view text, const std::function<void(const SpokenPiece&)>& take) override {
+    voice_->speakInPieces(text, take);
+  }
 
  private:
   std::unique_ptr<Voice> voice_;
@@ -59,6 +62,12 @@ bool readsLexicons(std::string_view name) {
 }
 
 }  // namespace
+
+void Voice::speakInPieces(std::string_view text, const std::function<void(const SpokenPiece&)>& take) {
+  SpokenLine line = speak(text);
+  take({.labels = std::move(line.labels), .audio = {}});
+  take({.labels = {}, .audio = std::move(line.audio)});
+}
 
 std::span<const VoiceRow> voices() { return kVoices; }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,6 +28,13 @@ struct SpokenLine {
   std::string notice;  ///< a word to the user (e.g. "Festival is not installed: speaking with flite:slt"), or ""
 };
 
+/// What a voice has so far of a line: the labels of its next utterance, from 0 s on, before any sound of it; or sound
+/// that follows.
+struct SpokenPiece {
+  SpeechLabels labels;  ///< none: this is sound
+  AudioClip audio;      ///< none: these are labels
+};
+
 /// Turns text into speech. Not thread-safe.
 class Voice {
  public:
@@ -34,6 +42,9 @@ class Voice {
   /// `text` is UTF-8 and hostile. Throws InputError for text with nothing to say in it, in a script the
   /// voice cannot read, or too long.
   virtual SpokenLine speak(std::string_view text) = 0;
+  /// The same, given to `take` as it is known; all at once where an engine tells nothing before its end. What `take`
+  /// throws ends it.
+  virtual void speakInPieces(std::string_view text, const std::function<void(const SpokenPiece&)>& take);
 };
 
 struct VoiceOptions {

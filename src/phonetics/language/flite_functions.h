@@ -12,13 +12,13 @@ inline constexpr LateLibrary kFlite("libflite.so.1", kFlitePackage);
 // What is used of Flite, under its own names: within this namespace they hide those that a program would be linked to.
 #define MOUTHPIECE_FLITE(function) inline constinit LateFunction<decltype(::function)> function(kFlite, #function)
 MOUTHPIECE_FLITE(flite_init);
-MOUTHPIECE_FLITE(flite_synth_text);
 MOUTHPIECE_FLITE(default_textanalysis);
 MOUTHPIECE_FLITE(default_tokenization);
 MOUTHPIECE_FLITE(new_utterance);
 MOUTHPIECE_FLITE(delete_utterance);
 MOUTHPIECE_FLITE(utt_init);
 MOUTHPIECE_FLITE(utt_set_input_text);
+MOUTHPIECE_FLITE(utt_synth);
 MOUTHPIECE_FLITE(utt_relation);
 MOUTHPIECE_FLITE(utt_relation_present);
 MOUTHPIECE_FLITE(utt_wave);
@@ -28,7 +28,10 @@ MOUTHPIECE_FLITE(item_next);
 MOUTHPIECE_FLITE(item_parent);
 MOUTHPIECE_FLITE(item_feat_float);
 MOUTHPIECE_FLITE(item_feat_string);
+MOUTHPIECE_FLITE(feat_set);
 MOUTHPIECE_FLITE(feat_val);
+MOUTHPIECE_FLITE(new_audio_streaming_info);
+MOUTHPIECE_FLITE(audio_streaming_info_val);
 MOUTHPIECE_FLITE(lex_lookup);
 MOUTHPIECE_FLITE(val_lexicon);
 MOUTHPIECE_FLITE(val_car);

@@ -157,10 +157,10 @@ class StreamFeeder {
     SentenceReader sentences(options_.text_file, is_stopped_);
     bool any = false;
     while (const std::optional<std::string> sentence = sentences.next()) {
-      const Seconds begin = stream_.saidUntil();
-      const Sound sound = stream_.say(*sentence);
+      stream_.say(*sentence, [&](Seconds begin, const Sound& piece) {
+        if (wav) wav->write(piece, begin);
+      });
       any = true;
-      if (wav) wav->write(sound, std::max(begin, stream_.saidUntil() - sound.duration()));
       if (!mayGoOn()) return;
     }
     if (!any) throw InputError(options_.text_file, "", "holds nothing that can be said");

@@ -1,4 +1,4 @@
-// A line followed while it is being said, with the sample corpus.
+// A stream's chunks, frames, threads and what goes wrong.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,168 +9,12 @@
 #include <thread>
 
 #include "mouthpiece/mouthpiece.h"
-#include "mouthpiece/speaker.h"
-#include "phonetics/labels/phone_lengths.h"
-#include "speaker/speaker_data.h"
 #include "support/allocations.h"
 #include "support/error_of.h"
-#include "support/run_program.h"
+#include "support/live_fixture.h"
 
 namespace mouthpiece {
 namespace {
-
-namespace fs = std::filesystem;
-const fs::path kLiveShare = MOUTHPIECE_BUILD_SHARE_DIR;
-
-/// Frames as they came, copied.
-struct Pulled {
-  std::vector<double> markers_mm;
-  std::vector<float> arkit;
-  std::size_t frames = 0;
-
-  void add(const Frame& frame) {
-    EXPECT_EQ(frame.index, frames++);
-    markers_mm.insert(markers_mm.end(), frame.markers_mm.begin(), frame.markers_mm.end());
-    arkit.insert(arkit.end(), frame.arkit.begin(), frame.arkit.end());
-  }
-  void addAll(LiveStream& stream) {
-    while (const Frame* frame = stream.next()) add(*frame);
-  }
-  bool operator==(const Pulled&) const = default;
-};
-
-class Live : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!fs::exists(kLiveShare / "default.face"))
-      GTEST_SKIP() << "no sample corpus in " << kLiveShare << ": run `make data`";
-  }
-  static Speaker& speaker() {
-    static Speaker shared(optionsOf(false));
-    return shared;
-  }
-  static SpeakerOptions optionsOf(bool with_face) {
-    SpeakerOptions options;
-    options.corpus = kLiveShare / "sample.corpus";
-    options.face = kLiveShare / "default.face";
-    options.with_face = with_face;
-    options.voice = "flite:slt";
-    return options;
-  }
-  static const Performance& line() {
-    static const Performance said = speaker().perform("my mother bought a very big blue boat from bob");
-    return said;
-  }
-  static const std::vector<float>& sound() {
-    EXPECT_EQ(line().sound().sample_rate_hz, 16000);
-    return line().sound().samples;
-  }
-  static Pulled heardInChunks(const std::function<std::size_t()>& size) {
-    LiveStream stream = speaker().live();
-    Pulled pulled;
-    for (std::size_t at = 0; at < sound().size();) {
-      const std::size_t count = std::min(size(), sound().size() - at);
-      stream.push(std::span(sound()).subspan(at, count));
-      pulled.addAll(stream);
-      at += count;
-    }
-    stream.finish();
-    pulled.addAll(stream);
-    EXPECT_TRUE(stream.isFinished());
-    return pulled;
-  }
-  static void pushLabels(LiveStream& stream, Pulled& pulled) {
-    for (const PhoneLabel& phone : line().labels().phones) {
-      stream.push(LivePhone{phone.phone, phone.span, phone.word});
-      pulled.addAll(stream);
-    }
-    stream.finish();
-    pulled.addAll(stream);
-  }
-  /// LIP_UP_MID to LIP_LO_MID.
-  static std::vector<double> openings(const std::vector<double>& markers_mm) {
-    const std::vector<std::string>& names = line().motion().marker_names;
-    const auto at = [&](const char* name) {
-      return 3 * static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    };
-    const std::size_t upper = at("LIP_UP_MID"), lower = at("LIP_LO_MID");
-    std::vector<double> opening;
-    for (std::size_t row = 0; row < markers_mm.size(); row += 3 * names.size()) {
-      double sum = 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += std::pow(markers_mm[row + upper + k] - markers_mm[row + lower + k], 2);
-      opening.push_back(std::sqrt(sum));
-    }
-    return opening;
-  }
-  static double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-    const std::size_t n = std::min(a.size(), b.size());
-    double mean_a = 0, mean_b = 0, ab = 0, aa = 0, bb = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      mean_a += a[i] / static_cast<double>(n);
-      mean_b += b[i] / static_cast<double>(n);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      ab += (a[i] - mean_a) * (b[i] - mean_b);
-      aa += (a[i] - mean_a) * (a[i] - mean_a);
-      bb += (b[i] - mean_b) * (b[i] - mean_b);
-    }
-    return ab / std::sqrt(aa * bb);
-  }
-};
-
-/// Of words with their times the sound tells what they do not say: when each phone is said.
-TEST_F(Live, SoundTellsWhenThePhonesOfWordsAreSaid) {
-  Pulled by_phones;
-  LiveStream phones = speaker().live({.look_ahead = 1, .source = LiveOptions::Source::kLabels});
-  pushLabels(phones, by_phones);
-  enum class Comes { kNever, kBefore, kTooLate };
-  const auto byWords = [&](Comes comes) {
-    LiveStream stream = speaker().live({.look_ahead = 1, .source = LiveOptions::Source::kLabels});
-    Pulled pulled;
-    std::size_t come = 0;
-    for (const WordLabel& word : line().labels().words) {
-      if (comes == Comes::kTooLate) stream.push(word.text, word.span);
-      const auto until = std::min(
-          sound().size(), static_cast<std::size_t>(16000 * (word.span.end + (comes == Comes::kBefore ? 0.05 : 0))));
-      if (comes != Comes::kNever) stream.pushSoundOfWords(std::span(sound()).subspan(come, until - come));
-      come = until;
-      if (comes != Comes::kTooLate) stream.push(word.text, word.span);
-      pulled.addAll(stream);
-    }
-    stream.silence(line().labels().phones.back().span.end);
-    stream.finish();
-    pulled.addAll(stream);
-    return pulled;
-  };
-  const auto differs = [&](const Pulled& pulled) {
-    double sum = 0;
-    EXPECT_EQ(pulled.markers_mm.size(), by_phones.markers_mm.size());
-    for (std::size_t i = 0; i < std::min(pulled.markers_mm.size(), by_phones.markers_mm.size()); ++i)
-      sum += std::pow(pulled.markers_mm[i] - by_phones.markers_mm[i], 2);
-    return std::sqrt(sum / static_cast<double>(by_phones.markers_mm.size()));
-  };
-  const Pulled without = byWords(Comes::kNever);
-  EXPECT_LT(differs(byWords(Comes::kBefore)), 0.6 * differs(without));
-  EXPECT_EQ(byWords(Comes::kTooLate), without) << "a word's sound that comes after it";
-}
-
-TEST_F(Live, SoundOfWordsIsNotSoundAlone) {
-  LiveStream stream = speaker().live();
-  stream.push(std::span(sound()).first(1600));
-  EXPECT_EQ(errorOf([&] { stream.pushSoundOfWords(sound()); }),
-            "found labels and sound in one stream; expected one of them");
-  LiveStream words = speaker().live({.source = LiveOptions::Source::kLabels});
-  const std::vector<float> odd{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -9.0F};
-  words.pushSoundOfWords(odd);
-  words.push("boat", {0, 0.0001});
-  words.pushSoundOfWords(sound());
-  words.push("boat", {0.1, 0.5});
-  words.push("boat", {0.5, 0.9});
-  words.push("boat", {0.1, 0.5});  // once more
-  words.push("boat", {0.9, 99});   // longer than the sound
-  words.finish();
-  EXPECT_NE(words.next(), nullptr);
-}
 
 TEST_F(Live, ChunksOfAnySizeGiveTheSameBytes) {
   const Pulled whole = heardInChunks([] { return std::numeric_limits<std::size_t>::max(); });
@@ -234,124 +78,6 @@ TEST_F(Live, WhatNeedsTheWholeLineIsRefused) {
     ask(options.manner);
     Speaker speaker(options);
     EXPECT_NE(errorOf([&] { static_cast<void>(speaker.live()); }).find("for a stream"), std::string::npos);
-  }
-}
-
-TEST_F(Live, SixteenBitsAndFloatsAreHeardAlike) {
-  std::vector<std::int16_t> integers;
-  std::vector<float> floats;
-  for (const float sample : sound()) {
-    integers.push_back(static_cast<std::int16_t>(std::lround(32767 * sample)));
-    floats.push_back(static_cast<float>(integers.back()) / 32768.0F);
-  }
-  LiveStream a = speaker().live(), b = speaker().live();
-  a.push(std::span<const std::int16_t>(integers));
-  b.push(std::span<const float>(floats));
-  a.finish();
-  b.finish();
-  Pulled from_integers, from_floats;
-  from_integers.addAll(a);
-  from_floats.addAll(b);
-  EXPECT_TRUE(from_integers == from_floats);
-}
-
-TEST_F(Live, SoundAloneOpensTheMouthAsTheRecordingHeardAsPhonesDoes) {
-  const test::ScratchFolder scratch;
-  const fs::path recording = scratch.path() / "line.wav";
-  save(line(), recording);
-  SpeakerOptions options = optionsOf(false);
-  options.hear = SpeakerOptions::Hear::kPhones;
-  const std::vector<double> whole = openings(Speaker(options).perform(Line::heard(recording)).motion().positions_mm);
-  const Pulled heard = heardInChunks([] { return 800U; });
-  EXPECT_GT(correlation(openings(heard.markers_mm), whole), 0.75);
-  // The same at another rate: every sample three times.
-  LiveStream stream = speaker().live({.look_ahead = 0.2, .sample_rate_hz = 48000});
-  std::vector<float> fast;
-  for (const float sample : sound()) fast.insert(fast.end(), 3, sample);
-  stream.push(std::span<const float>(fast));
-  stream.finish();
-  Pulled at_48;
-  at_48.addAll(stream);
-  EXPECT_NEAR(static_cast<double>(at_48.frames), static_cast<double>(heard.frames), 1);
-  EXPECT_GT(correlation(openings(at_48.markers_mm), whole), 0.7);
-}
-
-TEST_F(Live, HearsWordsASecondAheadUnlessPhonesAreWanted) {
-  constexpr std::size_t kSamples = 19200;
-  const auto heardBy = [&](SpeakerOptions::Hear hear) {
-    SpeakerOptions options = optionsOf(false);
-    options.hear = hear;
-    LiveStream stream = Speaker(options).live({.look_ahead = 1, .arkit = false});
-    stream.push(std::span(sound()).first(kSamples));
-    stream.finish();
-    EXPECT_EQ(stream.counts().words_missed, 0U);
-    Pulled pulled;
-    pulled.addAll(stream);
-    return pulled;
-  };
-  const Pulled by_words = heardBy(SpeakerOptions::Hear::kAuto), by_phones = heardBy(SpeakerOptions::Hear::kPhones);
-  EXPECT_EQ(by_words.frames, by_phones.frames);
-  EXPECT_NE(by_words, by_phones);
-}
-
-TEST_F(Live, WithoutArkitsWeightsMarkersAreTheSame) {
-  std::array<Pulled, 2> pulled;
-  for (const bool arkit : {false, true}) {
-    LiveStream stream = speaker().live({.source = LiveOptions::Source::kLabels, .arkit = arkit});
-    pushLabels(stream, pulled[arkit ? 1 : 0]);
-  }
-  EXPECT_EQ(pulled[0].markers_mm, pulled[1].markers_mm);
-  const auto most = [](const Pulled& one) { return *std::max_element(one.arkit.begin(), one.arkit.end()); };
-  EXPECT_EQ(most(pulled[0]), 0);
-  EXPECT_GT(most(pulled[1]), 0.1F);
-}
-
-TEST_F(Live, WithASecondAheadItIsTheLineAsAWhole) {
-  LiveStream stream = speaker().live({.look_ahead = 1.0});
-  Pulled pulled;
-  pushLabels(stream, pulled);
-  const std::vector<double>& whole = line().motion().positions_mm;
-  ASSERT_NEAR(static_cast<double>(pulled.frames), static_cast<double>(line().frameCount()), 1);
-  double squares = 0;
-  const std::size_t both = std::min(whole.size(), pulled.markers_mm.size());
-  for (std::size_t i = 0; i < both; ++i) squares += std::pow(pulled.markers_mm[i] - whole[i], 2);
-  EXPECT_LT(std::sqrt(3 * squares / static_cast<double>(both)), 0.1);
-  EXPECT_GT(correlation(openings(pulled.markers_mm), openings(whole)), 0.995);
-}
-
-TEST_F(Live, WithTheUsualLookAheadItIsNearAndLipsThatTouchDo) {
-  LiveStream stream = speaker().live();
-  Pulled pulled;
-  pushLabels(stream, pulled);
-  const std::vector<double> live = openings(pulled.markers_mm), whole = openings(line().motion().positions_mm);
-  EXPECT_GT(correlation(live, whole), 0.9);
-  const auto least = [&](const std::vector<double>& opening, const TimeSpan& span) {
-    const auto frame = [&](Seconds time) {
-      return std::clamp<std::ptrdiff_t>(std::lround(60 * time), 0, std::ssize(opening) - 1);
-    };
-    return *std::min_element(opening.begin() + frame(span.start - 0.02), opening.begin() + frame(span.end + 0.02) + 1);
-  };
-  const double quarter =
-      *std::min_element(whole.begin(), whole.end()) +
-      0.25 * (*std::max_element(whole.begin(), whole.end()) - *std::min_element(whole.begin(), whole.end()));
-  std::size_t closures = 0;
-  for (const PhoneLabel& phone : line().labels().phones) {
-    if (phone.viseme != "MBP" || least(whole, phone.span) > quarter) continue;
-    ++closures;
-    EXPECT_LT(least(live, phone.span), quarter) << phone.phone << " at " << phone.span.start;
-  }
-  EXPECT_GE(closures, 5U);
-}
-
-TEST_F(Live, AFrameComesNoLaterThanItsLookAheadAndAHop) {
-  LiveStream stream = speaker().live();
-  constexpr std::size_t kChunk = 160;  // 10 ms
-  for (std::size_t at = 0; at + kChunk <= sound().size(); at += kChunk) {
-    stream.push(std::span(sound()).subspan(at, kChunk));
-    while (stream.next() != nullptr) {
-    }
-    const double heard = static_cast<double>(at + kChunk) / 16000;
-    EXPECT_GE(static_cast<double>(stream.counts().frames) / 60, heard - 0.200 - 0.041 - 1e-9);
   }
 }
 
@@ -447,28 +173,6 @@ TEST_F(Live, ASenderWhoseClockStoodStillIsHeardAgain) {
   EXPECT_GE(counts.late, 9U);
 }
 
-TEST_F(Live, LabelsThatComeTwiceOrTooLateAreCountedAndPassedOver) {
-  LiveStream stream = speaker().live({.source = LiveOptions::Source::kLabels});
-  stream.push(LivePhone{"sil", {0, 0.5}});
-  Pulled pulled;
-  for (int i = 0; i < 90; ++i) pulled.add(*stream.nextNow());  // to 1.5 s, a second of it unknown
-  stream.push(LivePhone{"AA", {0.1, 0.4}});                    // said before
-  stream.push(LivePhone{"AA", {0.7, 1.2}});                    // shown without it
-  EXPECT_EQ(stream.counts().doubled, 1U);
-  EXPECT_EQ(stream.counts().late, 1U);
-  stream.push(LivePhone{"AA", {1.9, 2.3}});
-  stream.silence(3);
-  stream.finish();
-  pulled.addAll(stream);
-  EXPECT_EQ(pulled.frames, 180U) << "what was late took no time of its own";
-  const std::vector<double> opening = openings(pulled.markers_mm);
-  const auto most = [&](int first, int end) {
-    return *std::max_element(opening.begin() + first, opening.begin() + end) - opening.front();
-  };
-  EXPECT_LT(most(0, 90), 0.5);
-  EXPECT_GT(most(114, 138), 3);
-}
-
 TEST_F(Live, BadInputIsRefusedOrCounted) {
   EXPECT_NE(errorOf([&] { (void)speaker().live({.look_ahead = 0.01}); }), "no error");
   EXPECT_NE(errorOf([&] { (void)speaker().live({.look_ahead = std::nan("")}); }), "no error");
@@ -511,58 +215,6 @@ TEST_F(Live, BadInputIsRefusedOrCounted) {
     for (const double mm : frame->markers_mm) ASSERT_LT(std::abs(mm), 200);
     for (const float weight : frame->arkit) ASSERT_TRUE(weight >= 0 && weight <= 1);
   }
-}
-
-TEST_F(Live, WordsAndTextAreSaid) {
-  LiveStream words = speaker().live();
-  words.push("mama", TimeSpan{0.5, 0.9});
-  words.push("7", TimeSpan{0.9, 1.3});
-  words.silence(2.5);
-  words.finish();
-  Pulled pulled;
-  pulled.addAll(words);
-  EXPECT_EQ(pulled.frames, 150U);
-  const std::vector<double> opening = openings(pulled.markers_mm);
-  EXPECT_GT(*std::max_element(opening.begin() + 30, opening.begin() + 80) - opening.back(), 2);
-
-  LiveStream text = speaker().live();
-  const Sound first = text.say("my name is bob.");
-  const double until = text.saidUntil();
-  EXPECT_NEAR(until, first.duration(), 0.05);
-  Pulled spoken;
-  spoken.addAll(text);
-  EXPECT_NEAR(static_cast<double>(spoken.frames) / 60, until, 0.02) << "a line said waits for nothing";
-  for (int i = 0; i < 60; ++i) text.nextNow();  // a second in which nobody speaks
-  text.say("and yours?");
-  text.finish();
-  EXPECT_GT(text.saidUntil(), until + 1);
-}
-
-TEST_F(Live, PhonesOfAWordShareItsTimeAsInTheCorpus) {
-  const SharedCorpus corpus(kLiveShare / "sample.corpus");
-  PhoneLengths lengths;
-  const Corpus& own = corpus.data().corpus;
-  for (std::size_t take = 0; take < takeCount(own); ++take) lengths.add(takeOf(own, TakeIndex(take)).labels);
-  const std::array<Phone, 3> bob{Phone::kB, Phone::kAA, Phone::kB};
-  const Seconds all = 2 * lengths.of(Phone::kB) + lengths.of(Phone::kAA);
-  LiveStream phones = speaker().live(), words = speaker().live();
-  Seconds start = 0.5;
-  for (const Phone phone : bob) {
-    const Seconds end = start + 0.4 * lengths.of(phone) / all;
-    phones.push(LivePhone{phoneName(phone), {start, end}, 0});
-    start = end;
-  }
-  words.push("bob", {0.5, 0.9});
-  for (LiveStream* stream : {&phones, &words}) {
-    stream->silence(1.5);
-    stream->finish();
-  }
-  Pulled by_phones, by_words;
-  by_phones.addAll(phones);
-  by_words.addAll(words);
-  ASSERT_EQ(by_words.frames, by_phones.frames);
-  for (std::size_t i = 0; i < by_words.markers_mm.size(); ++i)
-    ASSERT_NEAR(by_words.markers_mm[i], by_phones.markers_mm[i], 1e-6);
 }
 
 TEST_F(Live, OneThreadPushesWhileAnotherPulls) {
@@ -637,6 +289,22 @@ TEST_F(Live, CStreamsToo) {
     mouthpiece_live_free(live);
   }
   EXPECT_EQ(mouthpiece_live_words_missed(nullptr), 0U);
+  mouthpiece_live_options_init(&wanted);
+  wanted.source = MOUTHPIECE_LIVE_TEXT;
+  ASSERT_EQ(mouthpiece_live_open(speaking, &wanted, &live, error, sizeof error), MOUTHPIECE_OK) << error;
+  std::vector<float> joined;
+  const auto take = [](void* context, double, const float* samples, size_t count, int) {
+    auto& all = *static_cast<std::vector<float>*>(context);
+    all.insert(all.end(), samples, samples + count);
+  };
+  ASSERT_EQ(mouthpiece_live_say_in_pieces(live, "hello bob", take, &joined, error, sizeof error), MOUTHPIECE_OK);
+  const float* samples = nullptr;
+  std::size_t sample_count = 0;
+  ASSERT_EQ(mouthpiece_live_say(live, "hello bob", &samples, &sample_count, nullptr, error, sizeof error),
+            MOUTHPIECE_OK);
+  EXPECT_EQ(joined, std::vector<float>(samples, samples + sample_count));
+  EXPECT_EQ(mouthpiece_live_say_in_pieces(live, nullptr, take, nullptr, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  mouthpiece_live_free(live);
   ASSERT_EQ(mouthpiece_live_new(speaking, 0.2, 16000, &live, error, sizeof error), MOUTHPIECE_OK) << error;
   mouthpiece_speaker_free(speaking);
   EXPECT_EQ(mouthpiece_live_push_float(live, nullptr, 5, MOUTHPIECE_FOLLOWS, error, sizeof error),

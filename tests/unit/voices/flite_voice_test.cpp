@@ -24,6 +24,55 @@ TEST(FliteVoice, JoinsSentencesAndSpeaksAgain) {
   EXPECT_EQ(voice->speak("almost ten").audio.samples, voice->speak("almost ten").audio.samples);
 }
 
+/// Labels before any sound, both as in a line that is spoken whole.
+TEST(FliteVoice, TellsWhatItSaysBeforeItsSoundIsMade) {
+  for (const char* name : {"flite:slt", "flite:rms", "flite:awb", "flite:kal16"}) {
+    const auto voice = makeVoice(name);
+    for (const char* text : {"we'll see my mother's ship, at one", "It is one. ... It is two!"}) {
+      const SpokenLine whole = voice->speak(text);
+      SpeechLabels labels;
+      std::vector<float> samples;
+      std::size_t sounds_since = 0, utterances = 0;
+      voice->speakInPieces(text, [&](const SpokenPiece& piece) {
+        EXPECT_NE(piece.labels.phones.empty(), piece.audio.samples.empty());
+        if (!piece.labels.phones.empty()) {
+          EXPECT_NEAR(labels.duration(), static_cast<double>(samples.size()) / whole.audio.sample_rate_hz, 1e-9);
+          utterances == 0 ? void(labels = piece.labels) : appendSpeechLabels(labels, piece.labels);
+          EXPECT_TRUE(utterances++ == 0 || sounds_since > 3) << name << ' ' << sounds_since;
+          sounds_since = 0;
+          return;
+        }
+        ++sounds_since;
+        EXPECT_EQ(piece.audio.sample_rate_hz, whole.audio.sample_rate_hz);
+        samples.insert(samples.end(), piece.audio.samples.begin(), piece.audio.samples.end());
+      });
+      EXPECT_GT(sounds_since, 3U) << name;
+      EXPECT_EQ(samples, whole.audio.samples) << name;
+      EXPECT_EQ(namesOf(labels), namesOf(whole.labels));
+      EXPECT_EQ(wordsOf(labels), wordsOf(whole.labels));
+      ASSERT_EQ(labels.phones.size(), whole.labels.phones.size());
+      for (std::size_t i = 0; i < labels.phones.size(); ++i)
+        EXPECT_NEAR(labels.phones[i].span.end, whole.labels.phones[i].span.end, 1e-4) << name << ' ' << i;
+    }
+  }
+}
+
+/// Who takes the pieces may speak himself, and give up.
+TEST(FliteVoice, WhoTakesPiecesMaySpeakAndGiveUp) {
+  const auto voice = makeVoice("flite:slt"), other = makeVoice("flite:kal16");
+  const SpokenLine whole = voice->speak("the time is now");
+  struct Enough {};
+  std::size_t pieces = 0;
+  const auto take = [&](const SpokenPiece&) {
+    EXPECT_FALSE(other->speak("no").audio.samples.empty());
+    if (++pieces == 3) throw Enough();
+  };
+  EXPECT_THROW(voice->speakInPieces("the time is now, and it will not come again", take), Enough);
+  EXPECT_EQ(pieces, 3U);
+  EXPECT_EQ(voice->speak("the time is now").audio.samples, whole.audio.samples);
+  EXPECT_THROW(voice->speakInPieces("...", [](const SpokenPiece&) {}), InputError);
+}
+
 /// Flite says "mother" "'s", "dont" and "_a".
 TEST(FliteVoice, WordsAreSpelledAsTheyAreWritten) {
   const auto voice = makeVoice("flite:kal16");
