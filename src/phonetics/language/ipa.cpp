@@ -1,8 +1,6 @@
 #include "phonetics/language/ipa.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -449,69 +447,6 @@ class Reader {
   bool tied_ = false, has_letter_ = false;
 };
 
-struct XSampaSign {
-  std::string_view sampa, ipa;
-};
-/// The longest first where one begins another.
-constexpr XSampaSign kXSampa[] = {
-    {"_B_L", "᷅"},     {"_H_T", "᷄"},      {"_R_F", "᷈"},     {"|\\|\\", "ǁ"},  {"b_<", "ɓ"},     {"d_<", "ɗ"},
-    {"d`_<", "ᶑ"},    {"J\\_<", "ʄ"},    {"g_<", "ɠ"},     {"G\\_<", "ʛ"},   {"_?\\", "ˤ"},    {"s\\", "ɕ"},
-    {"z\\", "ʑ"},     {"p\\", "ɸ"},      {"B\\", "ʙ"},     {"G\\", "ɢ"},     {"h\\", "ɦ"},     {"H\\", "ʜ"},
-    {"I\\", "ᵻ"},     {"j\\", "ʝ"},      {"J\\", "ɟ"},     {"K\\", "ɮ"},     {"L\\", "ʟ"},     {"M\\", "ɰ"},
-    {"N\\", "ɴ"},     {"O\\", "ʘ"},      {"r\\`", "ɻ"},    {"r\\", "ɹ"},     {"R\\", "ʀ"},     {"U\\", "ᵿ"},
-    {"v\\", "ʋ"},     {"x\\", "ɧ"},      {"X\\", "ħ"},     {"?\\", "ʕ"},     {"<\\", "ʢ"},     {">\\", "ʡ"},
-    {"l\\", "ɺ"},     {"3\\", "ɞ"},      {"@\\", "ɘ"},     {"|\\", "ǀ"},     {"!\\", "ǃ"},     {"=\\", "ǂ"},
-    {":\\", "ˑ"},     {"-\\", "‿"},      {"||", "‖"},      {"d`", "ɖ"},      {"l`", "ɭ"},      {"n`", "ɳ"},
-    {"r`", "ɽ"},      {"s`", "ʂ"},       {"t`", "ʈ"},      {"z`", "ʐ"},      {"@`", "ɚ"},      {"3`", "ɝ"},
-    {"`", "˞"},       {"_\"", "\u0308"}, {"_+", "\u031F"}, {"_-", "\u0320"}, {"_/", "\u030C"}, {"_0", "\u0325"},
-    {"_=", "\u0329"}, {"_>", "ʼ"},       {"_A", "\u0318"}, {"_a", "\u033A"}, {"_B", "\u030F"}, {"_c", "\u031C"},
-    {"_d", "\u032A"}, {"_e", "\u0334"},  {"_F", "\u0302"}, {"_G", "ˠ"},      {"_H", "\u0301"}, {"_h", "ʰ"},
-    {"_j", "ʲ"},      {"_k", "\u0330"},  {"_L", "\u0300"}, {"_l", "ˡ"},      {"_M", "\u0304"}, {"_m", "\u033B"},
-    {"_N", "\u033C"}, {"_n", "ⁿ"},       {"_O", "\u0339"}, {"_o", "\u031E"}, {"_q", "\u0319"}, {"_R", "\u030C"},
-    {"_r", "\u031D"}, {"_T", "\u030B"},  {"_t", "\u0324"}, {"_v", "\u032C"}, {"_w", "ʷ"},      {"_X", "\u0306"},
-    {"_x", "\u033D"}, {"_}", "\u031A"},  {"_~", "\u0303"}, {"_^", "\u032F"}, {"=", "\u0329"},  {"~", "\u0303"},
-    {":", "ː"},       {"\"", "ˈ"},       {"%", "ˌ"},       {"'", "ʲ"},       {"A", "ɑ"},       {"B", "β"},
-    {"C", "ç"},       {"D", "ð"},        {"E", "ɛ"},       {"F", "ɱ"},       {"G", "ɣ"},       {"H", "ɥ"},
-    {"I", "ɪ"},       {"J", "ɲ"},        {"K", "ɬ"},       {"L", "ʎ"},       {"M", "ɯ"},       {"N", "ŋ"},
-    {"O", "ɔ"},       {"P", "ʋ"},        {"Q", "ɒ"},       {"R", "ʁ"},       {"S", "ʃ"},       {"T", "θ"},
-    {"U", "ʊ"},       {"V", "ʌ"},        {"W", "ʍ"},       {"X", "χ"},       {"Y", "ʏ"},       {"Z", "ʒ"},
-    {"@", "ə"},       {"{", "æ"},        {"}", "ʉ"},       {"1", "ɨ"},       {"2", "ø"},       {"3", "ɜ"},
-    {"4", "ɾ"},       {"5", "ɫ"},        {"6", "ɐ"},       {"7", "ɤ"},       {"8", "ɵ"},       {"9", "œ"},
-    {"&", "ɶ"},       {"?", "ʔ"},        {"g", "ɡ"},       {"^", "ꜛ"},       {"!", "ꜜ"}};
-
-/// Along the mouth, 0 at the lips and 1 at the glottis.
-double depthOf(Place place) {
-  constexpr std::array<double, 17> kDepth{0.5,  0,    0.05, 0.05, 0.08, 0.12, 0.25, 0.32, 0.4,
-                                          0.42, 0.45, 0.55, 0.7,  0.8,  0.9,  0.95, 1.0};
-  return kDepth.at(static_cast<std::size_t>(place));
-}
-
-/// A scale from shut to open.
-double openness(SoundManner manner) {
-  switch (manner) {
-    case SoundManner::kPlosive:
-    case SoundManner::kNasal:
-      return 0;
-    case SoundManner::kTrill:
-    case SoundManner::kTap:
-      return 0.2;
-    case SoundManner::kFricative:
-    case SoundManner::kLateralFricative:
-      return 0.5;
-    case SoundManner::kApproximant:
-    case SoundManner::kLateral:
-      return 0.8;
-    case SoundManner::kVowel:
-      return 1;
-  }
-  return 1;
-}
-
-double differs(bool a, bool b) { return a != b ? 1 : 0; }
-bool isLateral(SoundManner manner) {
-  return manner == SoundManner::kLateral || manner == SoundManner::kLateralFricative;
-}
-
 }  // namespace
 
 bool IpaSound::closesLips() const {
@@ -540,52 +475,6 @@ std::vector<std::string> ipaMarks() {
   std::vector<std::string> marks;
   for (const Mark& row : kMarks) appendUtf8(marks.emplace_back(), row.mark);
   return marks;
-}
-
-std::string ipaFromXSampa(std::string_view text) {
-  std::string ipa;
-  while (!text.empty()) {
-    const XSampaSign* best = nullptr;
-    for (const XSampaSign& sign : kXSampa) {
-      if (text.starts_with(sign.sampa) && (best == nullptr || sign.sampa.size() > best->sampa.size())) best = &sign;
-    }
-    if (best == nullptr) {
-      ipa += text.front();
-      text.remove_prefix(1);
-    } else {
-      ipa += best->ipa;
-      text.remove_prefix(best->sampa.size());
-    }
-  }
-  return ipa;
-}
-
-double visibleDistance(const IpaSound& a, const IpaSound& b) {
-  const double lips = 4 * differs(a.closesLips(), b.closesLips()) + 4 * differs(a.touchesTeeth(), b.touchesTeeth()) +
-                      1.5 * std::abs(a.rounding - b.rounding);
-  const double voice = 0.05 * differs(a.voiced, b.voiced) + 0.05 * differs(a.nasal, b.nasal);
-  if (a.isVowel() != b.isVowel()) return 2 + lips + voice;
-  if (a.isVowel()) {
-    // Unrounded vowels are the more spread the further front they are.
-    const double of_backness = a.rounding > 0.3 && b.rounding > 0.3 ? 0.1 : 0.6;
-    return lips + voice + 1.5 * std::abs(a.height - b.height) + of_backness * std::abs(a.backness - b.backness) +
-           0.3 * differs(a.rhotic, b.rhotic);
-  }
-  return lips + voice + 0.6 * std::abs(depthOf(a.place) - depthOf(b.place)) +
-         0.3 * std::abs(openness(a.manner) - openness(b.manner)) + 0.5 * differs(a.sibilant, b.sibilant) +
-         0.1 * differs(isLateral(a.manner), isLateral(b.manner)) + 0.3 * differs(a.rhotic, b.rhotic);
-}
-
-double audibleDistance(const IpaSound& a, const IpaSound& b) {
-  const double voice = 0.4 * differs(a.voiced, b.voiced) + 0.1 * differs(a.rhotic, b.rhotic);
-  if (a.isVowel() != b.isVowel()) return 3 + voice;
-  if (a.isVowel()) {
-    return voice + std::abs(a.height - b.height) + 0.8 * std::abs(a.backness - b.backness) +
-           0.3 * std::abs(a.rounding - b.rounding) + 0.2 * differs(a.rhotic, b.rhotic);
-  }
-  return voice + std::abs(depthOf(a.place) - depthOf(b.place)) + std::abs(openness(a.manner) - openness(b.manner)) +
-         differs(a.nasal, b.nasal) + differs(a.sibilant, b.sibilant) +
-         0.5 * differs(isLateral(a.manner), isLateral(b.manner));
 }
 
 }  // namespace mouthpiece
