@@ -162,8 +162,8 @@ void multiply(const Product& product) {
 }
 
 const Kernels* kernels() {
-  static constexpr Kernels made{bound, loose, multiply};
-  return &made;
+  static constexpr Kernels kMade{bound, loose, multiply};
+  return &kMade;
 }
 
 }  // namespace

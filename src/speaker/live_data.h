@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "exports/shapes/principal_shapes.h"
 #include "expression/live_face.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/live_ear.h"

@@ -241,11 +241,11 @@ void WordSearch::setBook(const PhraseBook& book) {
   state_->has_book = false;
   if (states.empty()) return;
   const int final_state = static_cast<int>(states.size()) + 2;
-  constexpr double weight = 6.5;  // PocketSphinx' usual one
+  constexpr double kWeight = 6.5;  // PocketSphinx' usual one
   const std::unique_ptr<fsg_model_t, BookDeleter> graph(
-      fsg_model_init("book", ps_get_logmath(decoder), static_cast<float>(weight), final_state + 1));
+      fsg_model_init("book", ps_get_logmath(decoder), static_cast<float>(kWeight), final_state + 1));
   const auto cost = [&](double probability) {
-    return static_cast<int>(weight * logmath_log(ps_get_logmath(decoder), probability));
+    return static_cast<int>(kWeight * logmath_log(ps_get_logmath(decoder), probability));
   };
   const auto add = [&](int from, const std::string& word, double probability) {
     const int id = fsg_model_word_add(graph.get(), word.c_str());

@@ -48,7 +48,9 @@ int runCut(const CutArguments& given) {
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
   const auto [anchors, file] = anchorsFor(mesh, bytes, given.mesh, "", given.anchors, given.quiet);
   const Eigen::Matrix3d upright = uprightBy(anchors, mesh, file);
-  const auto hint = [&](const char* name) -> Vector3d { return upright * placeOf(anchors, name, mesh, file).value(); };
+  const auto hint = [&, &set = anchors, &of = file](const char* name) -> Vector3d {
+    return upright * placeOf(set, name, mesh, of).value();
+  };
   for (const std::string& name : requiredAnchors()) {
     if (!anchors.markers.contains(name)) throw InputError(file, "markers", "is without " + name);
   }
