@@ -271,6 +271,16 @@ bool makesNoShapes(const Row& row) {
          row.format.ending == "arkit.glb" || row.format.ending == "visemes.glb";
 }
 
+/// Subtitles of a line that has phones alone, as a recording that was heard by its phones.
+bool isEmpty(const fs::path& path, const Source& source) {
+  const std::string_view name = formatOf(path).usual_name;
+  if (name != "speech.srt" && name != "speech.vtt") return false;
+  const SpeechLabels& labels = source.animation.labels;
+  return !labels.phones.empty() && std::all_of(labels.words.begin(), labels.words.end(),
+                                               [](const LabelledWord& word) { return word.text.empty(); });
+}
+constexpr std::string_view kNoWords = "the line has phones and no words";
+
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
@@ -284,6 +294,15 @@ void save(const Performance& performance, std::span<const fs::path> paths, const
   const Source& source = performance.data();
   source.tell_film = tell;
   const auto row_of = [](const fs::path& path) -> const Row& { return kRows[rowOf(path)]; };
+  const auto says_nothing = [&](const fs::path& path) {
+    return isEmpty(path, source) || row_of(path).format.usual_name == "report.json";
+  };
+  const auto empty =
+      std::find_if(paths.begin(), paths.end(), [&](const fs::path& path) { return isEmpty(path, source); });
+  if (empty != paths.end() && std::all_of(paths.begin(), paths.end(), says_nothing))
+    throw InputError(
+        empty->string(), "",
+        fmt::format("would be empty: {}; expected words (a transcript, or another program's times)", kNoWords));
   // Written one after the other are those of one list: a face takes memory, a film all cores.
   std::vector<std::vector<const fs::path*>> small;
   std::vector<const fs::path*> faces, others, reports;
@@ -317,6 +336,14 @@ void save(const Performance& performance, std::span<const fs::path> paths, const
   write({&others, 1});
   write({&reports, 1});
   together.commit();  // the report last: where it is, all else is
+}
+
+std::vector<std::string> notesOn(const Performance& performance, std::span<const fs::path> paths) {
+  std::vector<std::string> notes;
+  for (const fs::path& path : paths) {
+    if (isEmpty(path, performance.data())) notes.push_back(fmt::format("{} is empty: {}", path.string(), kNoWords));
+  }
+  return notes;
 }
 
 std::vector<fs::path> usualFiles(const fs::path& folder) {

@@ -286,6 +286,8 @@ class BatchRun {
       for (const std::string& name : files_[i]) paths.push_back(options_.out_folder / name);
       save(performance, paths);
       fill(performance, i, record);
+      const std::vector<std::string> notes = notesOn(performance, paths);
+      record.notices.insert(record.notices.end(), notes.begin(), notes.end());
       player = playerOf(record.key, performance);
     } catch (const InputError& error) {
       record.status = LineRecord::Status::kFailed;

@@ -195,6 +195,7 @@ int runSpeak(const SpeakOptions& options) {
   }
   for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
   for (const std::string& notice : performance.notices()) printNotice("note: " + notice, options.quiet);
+  for (const std::string& note : notesOn(performance, files)) printNotice("note: " + note, options.quiet);
   for (const GuessedWord& guess : performance.guesses())
     printNotice(fmt::format("no dictionary has {} ({:.2f} s): said {} (-o lexicon.txt writes it down to be mended)",
                             guess.text, guess.span.start, fmt::join(guess.phones, " ")),

@@ -194,6 +194,30 @@ TEST_F(FirstSteps, WhatSubtitlesDoNotSayIsNoDoubtOfTheLine) {
   EXPECT_TRUE(holds(readAll(path("view.html")), notice));
 }
 
+TEST_F(FirstSteps, SubtitlesOfALineWithoutWordsAreToldToBeEmpty) {
+  const std::string subtitles = path("speech.srt");
+  const Arguments by_phones{"--audio", recorded("now.wav"), "--hear", "phones", "-o", subtitles};
+  const ProgramResult alone = synth(by_phones);
+  EXPECT_EQ(alone.exit_code, 1);
+  EXPECT_TRUE(holds(alone.err, "speech.srt: would be empty: the line has phones and no words; expected words"))
+      << alone.err;
+  EXPECT_EQ(std::count(alone.err.begin(), alone.err.end(), '\n'), 1) << alone.err;
+  EXPECT_FALSE(fs::exists(subtitles));
+
+  Arguments with_motion = by_phones;
+  with_motion.insert(with_motion.end(), {"-o", path("motion.csv")});
+  const ProgramResult beside = synth(with_motion);
+  EXPECT_EQ(beside.exit_code, 0) << beside.err;
+  EXPECT_TRUE(holds(beside.err, "note: " + subtitles + " is empty: the line has phones and no words")) << beside.err;
+
+  const ProgramResult batch =
+      runProgram("synth", {"batch", file("lines.csv", "id,audio\na," + recorded("now.wav") + "\n"), "--hear", "phones",
+                           "--format", "vtt,wav", "--out", path("vo")});
+  EXPECT_EQ(batch.exit_code, 0) << batch.err;
+  EXPECT_TRUE(holds(readAll(path("vo/manifest.json")), "a.vtt is empty: the line has phones and no words"))
+      << batch.err;
+}
+
 TEST_F(FirstSteps, ARecordingInWhichNobodySpeaksIsRefusedWithItsTranscript) {
   std::string sound = readAll(recorded("now.wav"));
   std::fill(sound.begin() + 44, sound.end(), '\0');
