@@ -20,6 +20,7 @@
 #include "base/file_parts.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {
@@ -127,7 +128,12 @@ void checkKind(const SoundBytes& sound, std::string_view name) {
   if (bytes.size() >= 12 && bytes.starts_with(".snd")) return checkAuLength(sound, name);
   if (isMp3(bytes)) return checkMp3Length(sound, name);
   if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS")) return;
-  const std::string found = bytes.empty() ? "is empty" : fmt::format("starts with '{}'", printable(bytes));
+  constexpr std::size_t kLongestSign = 32;
+  const std::string begin = sound.at(0, kLongestSign);
+  const std::string_view kind = kindOfNoText(begin);
+  const std::string found = bytes.empty()  ? "is empty"
+                            : kind.empty() ? fmt::format("starts with '{}'", printable(bytes))
+                                           : fmt::format("is {}", kind);
   throw InputError(name, "", found + "; expected a WAV, AIFF, AU, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
 }
 

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/json_text.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {
@@ -241,6 +242,7 @@ json treeOf(std::string_view bytes, std::string_view file, std::string_view expe
 }  // namespace
 
 JsonField parseJson(std::string_view text, std::string_view file, std::string_view expected) {
+  expectText(text, file, expected);
   const auto document = std::make_shared<JsonField::Document>();
   document->file = file;
   document->root = treeOf(text, file, expected, false);

@@ -88,7 +88,54 @@ void appendUtf8(std::string& out, char32_t code_point) {
   }
 }
 
+std::string_view kindOfNoText(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  struct Sign {
+    std::string_view begin, kind;  ///< a question mark stands for any byte
+  };
+  constexpr Sign kSigns[] = {{"RIFF????WAVE"sv, "a sound (WAV)"},
+                             {"RF64????WAVE"sv, "a sound (WAV)"},
+                             {"RIFF????AVI "sv, "a film (AVI)"},
+                             {"RIFF????WEBP"sv, "a picture (WebP)"},
+                             {"FORM????AIF"sv, "a sound (AIFF)"},
+                             {".snd\0"sv, "a sound (AU)"},
+                             {"fLaC\0"sv, "a sound (FLAC)"},
+                             {"OggS\0"sv, "a sound (Ogg)"},
+                             {"ID3\2"sv, "a sound (MP3)"},
+                             {"ID3\3"sv, "a sound (MP3)"},
+                             {"ID3\4"sv, "a sound (MP3)"},
+                             {"\xFF\xFB"sv, "a sound (MP3)"},
+                             {"\xFF\xF3"sv, "a sound (MP3)"},
+                             {"\0\0\0?ftyp"sv, "a sound or a film (MPEG-4)"},
+                             {"\x1A\x45\xDF\xA3"sv, "a sound or a film (Matroska, WebM)"},
+                             {"MThd\0"sv, "a song (MIDI)"},
+                             {"\x89PNG"sv, "a picture (PNG)"},
+                             {"\xFF\xD8\xFF"sv, "a picture (JPEG)"},
+                             {"GIF8?a"sv, "a picture (GIF)"},
+                             {"%PDF-"sv, "a PDF"},
+                             {"PK\3\4"sv, "a ZIP archive, as files of Word and LibreOffice and packed MusicXML are"},
+                             {"\x1F\x8B"sv, "a gzip archive"},
+                             {"\xD0\xCF\x11\xE0"sv, "a file of an older Office"},
+                             {"SQLite format 3\0"sv, "a corpus or another database"},
+                             {"[\0\0\0\0"sv, "a face, as `retarget fit` makes them"},
+                             {"glTF?\0"sv, "a head (GLB)"},
+                             {"Kaydara FBX Binary"sv, "a scene (FBX)"}};
+  for (const auto& [begin, kind] : kSigns) {
+    const std::string_view found = bytes.substr(0, begin.size());
+    if (std::equal(begin.begin(), begin.end(), found.begin(), found.end(),
+                   [](char sign, char byte) { return sign == '?' || sign == byte; }))
+      return kind;
+  }
+  return {};
+}
+
+void expectText(std::string_view bytes, std::string_view file, std::string_view expected) {
+  if (const std::string_view kind = kindOfNoText(bytes); !kind.empty())
+    throw InputError(file, "", fmt::format("is {}; expected {}", kind, expected));
+}
+
 std::string decodeText(std::string_view bytes, std::string_view file) {
+  expectText(bytes, file, "text");
   if (bytes.starts_with("\xFE\xFF")) return decodeUtf16(bytes, true, file);
   if (bytes.starts_with("\xFF\xFE")) return decodeUtf16(bytes, false, file);
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);

@@ -6,8 +6,14 @@
 
 namespace mouthpiece {
 
+/// What a file is that is no text, by how it begins: "a sound (WAV)", "a corpus or another database". Empty for what is
+/// none of those that are known, as all text is.
+std::string_view kindOfNoText(std::string_view bytes);
+/// Throws InputError for what kindOfNoText() knows: "is a sound (WAV); expected EXPECTED".
+void expectText(std::string_view bytes, std::string_view file, std::string_view expected);
+
 /// Text of a file as UTF-8: UTF-16 when it starts with its byte order mark, UTF-8 when it is that (its mark is taken
-/// off), else Latin-1. Throws InputError for broken UTF-16.
+/// off), else Latin-1. Throws InputError for broken UTF-16 and for what is known not to be text.
 std::string decodeText(std::string_view bytes, std::string_view file);
 
 /// The code point that starts at `offset`, which moves behind it; nullopt for broken UTF-8 (overlong and surrogates

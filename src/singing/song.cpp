@@ -196,7 +196,13 @@ Song readSong(const std::filesystem::path& path) {
   const auto format =
       std::find_if(kFormats.begin(), kFormats.end(), [&](const SongFormat& known) { return ending == known.ending; });
   const SongFormat& reader = format == kFormats.end() ? kFormats.front() : *format;
-  return reader.parse(readFile(path, kMostBytes), path.string());
+  const std::string bytes = readFile(path, kMostBytes);
+  if (bytes.starts_with("MThd")) return parseMidi(bytes, path.string());
+  if (reader.parse != parsePackedMusicXml || !bytes.starts_with("PK"))
+    expectText(
+        bytes, path.string(),
+        kindOfNoText(bytes).starts_with("a sound") ? "a written song (--audio takes its sound)" : "a written song");
+  return reader.parse(bytes, path.string());
 }
 
 }  // namespace mouthpiece

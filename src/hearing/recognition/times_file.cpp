@@ -175,6 +175,7 @@ TimesFile TimesBuilder::finish() {
 }
 
 TimesFile parseTimes(std::string_view bytes, std::string_view name, const Language& language) {
+  expectText(bytes, name, "words with their times");
   const std::string text = decodeText(bytes, name);
   const std::string_view first = firstLine(text);
   if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");

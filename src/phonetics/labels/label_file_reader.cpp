@@ -155,6 +155,7 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
 
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options) {
   const std::string bytes = readFile(path, kMaxLabFileBytes);
+  expectText(bytes, path.string(), "labels, as a TextGrid");
   return isTextGrid(bytes) ? parseTextGrid(bytes, path.string(), *options.language)
                            : parseLabFile(bytes, path.string(), options);
 }

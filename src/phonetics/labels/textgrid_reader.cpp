@@ -234,6 +234,7 @@ const Tier* wordsOf(const TextGrid& grid, std::string_view file) {
 }  // namespace
 
 bool isTextGrid(std::string_view bytes) {
+  if (!kindOfNoText(bytes).empty()) return false;
   const std::string start = decodeText(bytes.substr(0, 64), "");
   constexpr std::array<std::string_view, 4> kSigns{"File type", "ooTextFile", "ooBinaryFile", "Praat"};
   return std::any_of(kSigns.begin(), kSigns.end(),

@@ -132,6 +132,7 @@ char separatorOf(std::string_view text) {
 }  // namespace
 
 DelimitedTable parseDelimited(std::string_view bytes, std::string_view file) {
+  expectText(bytes, file, "a table of lines, as CSV");
   DelimitedTable table;
   std::string text;
   if (bytes.starts_with("\xFE\xFF") || bytes.starts_with("\xFF\xFE")) {

@@ -110,6 +110,7 @@ std::string textOf(const std::filesystem::path& file) {
   std::string text(kMaxTextFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
+  expectText(text, file.string(), "plain text");
   if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) text = decodeText(text, file.string());  // UTF-16
   const std::size_t arrow = text.find(" --> ");

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {
@@ -38,6 +39,22 @@ TEST(TextEncoding, DecodesSurrogatePairsAndRefusesHalves) {
   EXPECT_THROW(decodeText("\xFE\xFF\xD8\x3D"s, "f"), InputError);
   EXPECT_THROW(decodeText("\xFE\xFF\xDE\x00\xD8\x3D"s, "f"), InputError);
   EXPECT_THROW(decodeText("\xFF\xFE\x41"s, "f"), InputError);
+}
+
+TEST(TextEncoding, TellsWhatIsNoText) {
+  using namespace std::string_literals;
+  EXPECT_EQ(kindOfNoText("RIFF\x24\0\0\0WAVEfmt "s), "a sound (WAV)");
+  EXPECT_EQ(kindOfNoText("\0\0\0\x1C"
+                         "ftypM4A "s),
+            "a sound or a film (MPEG-4)");
+  EXPECT_EQ(kindOfNoText("MThd\0\0\0\6"s), "a song (MIDI)");
+  EXPECT_EQ(kindOfNoText("\x89PNG\r\n\x1A\n"), "a picture (PNG)");
+  EXPECT_EQ(kindOfNoText("glTF\2\0\0\0"s), "a head (GLB)");
+  EXPECT_EQ(kindOfNoText("SQLite format 3\0"s), "a corpus or another database");
+  EXPECT_EQ(errorOf([] { decodeText("%PDF-1.4\n", "a.pdf"); }), "a.pdf: is a PDF; expected text");
+  for (const char* text : {"", "R", "RIFF raff is a word", "ID3 tags", "The ftyp box", "GIF87 is old", "PK",
+                           "[0,0,0,0]", "MThd", "\xFF\xFEh", "%PDF"})
+    EXPECT_EQ(kindOfNoText(text), "") << text;
 }
 
 /// UTF-8 by its table (RFC 3629, section 4), as slow as it is plain.

@@ -380,6 +380,27 @@ TEST_F(BadInput, OfSynthThatIsTooLong) {
   }
 }
 
+/// A file is told as what it is wherever text was expected, not by the first byte that is no text.
+TEST_F(BadInput, OfAnotherKind) {
+  const std::string sound = folder_.write("a.wav", std::string("RIFF\x24\0\0\0WAVEfmt ", 16)).string();
+  const std::string corpus = folder_.write("a.corpus", std::string("SQLite format 3\0\x10", 17)).string();
+  for (const auto& [file, kind] : {std::pair(sound, "a.wav: is a sound (WAV); expected "),
+                                   std::pair(corpus, "a.corpus: is a corpus or another database; expected ")}) {
+    for (Arguments arguments : {Arguments{"--song", file},
+                                {"--audio", sound, "--times", file},
+                                {"--audio", sound, "--lyrics", file},
+                                {"--audio", sound, "--transcript-file", file},
+                                {"--text-file", file},
+                                {"--text", "now", "--lexicon", file},
+                                {"--text", "now", "--edits", file},
+                                {"batch", file}}) {
+      arguments.insert(arguments.end(), {"--out", out("line")});
+      expectBadInput({"synth", arguments}, kind);
+    }
+  }
+  expectBadInput({"synth", {"--audio", corpus, "--out", out("line")}}, "a.corpus: is a corpus or another database");
+}
+
 TEST_F(BadInput, OfSynth) {
   const auto speak = [&](Arguments arguments) {
     arguments.insert(arguments.end(), {"--out", out("line")});

@@ -296,6 +296,14 @@ TEST(SongReaders, AreChosenByTheEnding) {
   }
   std::ofstream(folder / "a.mxl") << "PK";
   EXPECT_THROW(readSong(folder / "a.mxl"), InputError);
+  const std::string sound("RIFF\x24\0\0\0WAVEfmt ", 16), midi("MThd\0\0\0\6", 8);
+  for (const char* name : {"a.wav", "a.json", "a.mxl", "a.mid", "a.ust"}) {
+    std::ofstream(folder / name) << sound;
+    EXPECT_EQ(errorOf([&] { readSong(folder / name); }),
+              (folder / name).string() + ": is a sound (WAV); expected a written song (--audio takes its sound)");
+  }
+  std::ofstream(folder / "b.json") << midi;
+  EXPECT_NE(errorOf([&] { readSong(folder / "b.json"); }).find("MIDI"), std::string::npos) << "by its first bytes";
   std::filesystem::remove_all(folder);
 }
 
