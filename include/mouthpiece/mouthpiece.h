@@ -62,9 +62,14 @@ MOUTHPIECE_API int mouthpiece_speak(mouthpiece_speaker* speaker, const char* tex
 MOUTHPIECE_API int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_file,
                                                 const char* transcript, mouthpiece_performance** performance,
                                                 char* error, size_t error_size);
-/* A song file: song.json or MusicXML. */
+/* A song file: song.json, MusicXML, MIDI ... (docs/formats/song.md). */
 MOUTHPIECE_API int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file,
                                    mouthpiece_performance** performance, char* error, size_t error_size);
+/* The same with its sound, as somebody or a vocal synthesizer sings it. `song_offset_s`: where in the sound the song's
+ * clock stands at 0; null: it is found by the melody. */
+MOUTHPIECE_API int mouthpiece_sing_recording(mouthpiece_speaker* speaker, const char* song_file, const char* audio_file,
+                                             const double* song_offset_s, mouthpiece_performance** performance,
+                                             char* error, size_t error_size);
 MOUTHPIECE_API void mouthpiece_performance_free(mouthpiece_performance* performance);
 
 MOUTHPIECE_API size_t mouthpiece_frame_count(const mouthpiece_performance* performance);

@@ -173,6 +173,18 @@ int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file, mouthpie
   });
 }
 
+int mouthpiece_sing_recording(mouthpiece_speaker* speaker, const char* song_file, const char* audio_file,
+                              const double* song_offset_s, mouthpiece_performance** performance, char* error,
+                              size_t error_size) {
+  return perform(speaker, performance, error, error_size, [song_file, audio_file, song_offset_s] {
+    expectGiven(song_file, "song_file");
+    expectGiven(audio_file, "audio_file");
+    Line line = Line::singing(song_file, audio_file);
+    if (song_offset_s != nullptr) line.song_offset = *song_offset_s;
+    return line;
+  });
+}
+
 void mouthpiece_performance_free(mouthpiece_performance* performance) { delete performance; }
 
 size_t mouthpiece_frame_count(const mouthpiece_performance* performance) {

@@ -35,7 +35,7 @@ void addOptions(CLI::App& app, BatchOptions& options) {
   app.add_option(
          "list", options.list,
          "The list: CSV with , ; or tab; its first row names the columns: id, text or audio, transcript, phones, "
-         "times, speaker, language, or a column a language (de, pt-BR)")
+         "times, song, song offset, speaker, language, or a column a language (de, pt-BR)")
       ->required();
   app.add_option("--out", options.out_folder, "Folder for the files and the manifest")->capture_default_str();
   auto* formats = app.add_option("--format", options.formats,
@@ -203,6 +203,9 @@ class BatchRun {
     for (const std::string& part :
          {line.line.text, fileHash(line.line.audio), fileHash(line.line.phones), fileHash(line.line.times)})
       all += '\0' + part;
+    if (!line.line.song.empty())  // what other lines have stays what it was
+      all += '\0' + fmt::format("song {} {}", fileHash(line.line.song),
+                                line.line.song_offset ? fmt::to_string(*line.line.song_offset) : "found");
     for (const std::string& file : files_[i]) all += '\0' + file;
     return sha256Hex(all).substr(0, 16);
   }

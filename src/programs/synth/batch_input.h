@@ -68,10 +68,11 @@ struct Shard {
 Shard parseShard(const std::string& text);
 
 /// Reads a list of lines (docs/guides/batch.md). The first row names the columns, in any order: id, text (line,
-/// dialogue), audio, transcript, phones, times, speaker (character), language (locale); others are kept. Without text
-/// and audio, each column whose name is a language's tag is a text in it. A first row that names neither makes the
-/// columns id, text. `languages`: of a table with a column a language, only these; empty: all. Paths are relative to
-/// the list. Rows that cannot be used are faults; throws InputError for a file without any usable column or row.
+/// dialogue), audio, transcript, phones, times, song, song offset, speaker (character), language (locale); others are
+/// kept. Without text, audio and song, each column whose name is a language's tag is a text in it. A first row that
+/// names neither makes the columns id, text. `languages`: of a table with a column a language, only these; empty: all.
+/// Paths are relative to the list. Rows that cannot be used are faults; throws InputError for a file without any usable
+/// column or row.
 BatchList readBatchList(const std::filesystem::path& path, const std::vector<std::string>& languages = {});
 
 std::vector<BatchLine> linesOfShard(const std::vector<BatchLine>& lines, const Shard& shard);

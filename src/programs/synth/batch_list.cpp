@@ -19,17 +19,19 @@ namespace {
 constexpr std::uint64_t kMaxListBytes = std::uint64_t{1} << 28;
 constexpr std::size_t kMaxIdLength = 100;
 
-enum class Use { kId, kText, kAudio, kTranscript, kPhones, kTimes, kSpeaker, kLanguage };
+enum class Use { kId, kText, kAudio, kTranscript, kPhones, kTimes, kSong, kSongOffset, kSpeaker, kLanguage };
 
 /// What the columns are called, in lower case, blanks and underlines left out; the first name is the usual one.
-constexpr std::array<std::pair<Use, std::string_view>, 8> kColumnNames{{{Use::kId, "id key lineid stringid"},
-                                                                        {Use::kText, "text line dialogue dialog"},
-                                                                        {Use::kAudio, "audio wav sound recording"},
-                                                                        {Use::kTranscript, "transcript"},
-                                                                        {Use::kPhones, "phones labels"},
-                                                                        {Use::kTimes, "times"},
-                                                                        {Use::kSpeaker, "speaker character actor"},
-                                                                        {Use::kLanguage, "language lang locale"}}};
+constexpr std::array<std::pair<Use, std::string_view>, 10> kColumnNames{{{Use::kId, "id key lineid stringid"},
+                                                                         {Use::kText, "text line dialogue dialog"},
+                                                                         {Use::kAudio, "audio wav sound recording"},
+                                                                         {Use::kTranscript, "transcript"},
+                                                                         {Use::kPhones, "phones labels"},
+                                                                         {Use::kTimes, "times"},
+                                                                         {Use::kSong, "song"},
+                                                                         {Use::kSongOffset, "songoffset"},
+                                                                         {Use::kSpeaker, "speaker character actor"},
+                                                                         {Use::kLanguage, "language lang locale"}}};
 
 std::string plainColumnName(std::string_view name) {
   std::string plain = lowerCase(trimmed(name));
@@ -118,7 +120,7 @@ Columns columnsOf(const DelimitedTable::Row& first, const std::string& file) {
   columns.of = usesOf(first, file);
   std::vector<bool> is_used(first.cells.size(), false);
   for (const auto& [use, column] : columns.of) is_used[column] = true;
-  const bool has_words = columns.has(Use::kText) || columns.has(Use::kAudio);
+  const bool has_words = columns.has(Use::kText) || columns.has(Use::kAudio) || columns.has(Use::kSong);
   for (std::size_t i = 0; i < first.cells.size(); ++i) {
     if (is_used[i]) continue;
     const std::string tag = has_words || !columns.has(Use::kId) ? "" : languageTagOf(first.cells[i]);
@@ -132,13 +134,13 @@ Columns columnsOf(const DelimitedTable::Row& first, const std::string& file) {
     if (first.cells.size() != 2)
       throw InputError(file, std::to_string(first.line),
                        fmt::format("found {} columns without names; expected a first row that names them, with id and "
-                                   "text, or audio, among them",
+                                   "text, audio or song, among them",
                                    first.cells.size()));
     return {{{Use::kId, 0}, {Use::kText, 1}}, {}, {}, 2, false};
   }
   if (!has_words && columns.languages.empty())
     throw InputError(file, std::to_string(first.line),
-                     "found no column of text; expected one named text or audio, or one a language (de, pt-BR)");
+                     "found no column of text; expected one named text, audio or song, or one a language (de, pt-BR)");
   return columns;
 }
 
@@ -236,6 +238,8 @@ class ListReader {
       return fault(fmt::format("found the language '{}'; expected a tag as de or pt-BR", printable(line.language)));
     const std::string audio = columns_.cell(row, Use::kAudio);
     line.line.text = columns_.cell(row, Use::kText);
+    if (!columns_.cell(row, Use::kSong).empty()) return readSong(row, std::move(line), fault);
+    if (!columns_.cell(row, Use::kSongOffset).empty()) return fault("tells where a song begins; expected a song, too");
     if (audio.empty()) {
       if (line.line.text.empty()) return fault("found nothing to say; expected a text");
     } else {
@@ -245,10 +249,36 @@ class ListReader {
       if (const std::string phones = columns_.cell(row, Use::kPhones); !phones.empty())
         line.line.phones = beside / phones;
       if (const std::string times = columns_.cell(row, Use::kTimes); !times.empty()) line.line.times = beside / times;
-      for (const std::filesystem::path& file : {line.line.audio, line.line.phones, line.line.times}) {
-        if (!file.empty() && !std::filesystem::exists(file))
-          return fault(fmt::format("names '{}', which is not there", printable(file.string(), 400)));
-      }
+    }
+    keep(std::move(line), fault);
+  }
+
+  /// A song, with its sound or to be sung.
+  template <typename Fault>
+  void readSong(const DelimitedTable::Row& row, BatchLine line, const Fault& fault) {
+    for (const Use use : {Use::kText, Use::kTranscript, Use::kPhones, Use::kTimes}) {
+      if (!columns_.cell(row, use).empty())
+        return fault("found words beside a song; expected the song alone, or with its audio");
+    }
+    const std::filesystem::path beside = path_.parent_path();
+    const std::string audio = columns_.cell(row, Use::kAudio), offset = columns_.cell(row, Use::kSongOffset);
+    line.line = Line::singing(beside / columns_.cell(row, Use::kSong),
+                              audio.empty() ? std::filesystem::path() : beside / audio);
+    if (!offset.empty()) {
+      line.line.song_offset = parseNumber(offset);
+      if (audio.empty() || !line.line.song_offset)
+        return fault(fmt::format("found the song offset '{}'; expected seconds, beside a song and its audio",
+                                 printable(offset)));
+    }
+    keep(std::move(line), fault);
+  }
+
+  /// Files that are not there are told now, not when the line's turn comes.
+  template <typename Fault>
+  void keep(BatchLine line, const Fault& fault) {
+    for (const std::filesystem::path& file : {line.line.audio, line.line.phones, line.line.times, line.line.song}) {
+      if (!file.empty() && !std::filesystem::exists(file))
+        return fault(fmt::format("names '{}', which is not there", printable(file.string(), 400)));
     }
     list_.lines.push_back(std::move(line));
   }

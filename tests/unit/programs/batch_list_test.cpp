@@ -53,6 +53,29 @@ TEST_F(ReadingBatchList, ReadsRecordings) {
   EXPECT_NE(faults("id,audio\na,nowhere.wav\n").find("2: names"), std::string::npos);
 }
 
+TEST_F(ReadingBatchList, ReadsSongsAndTheirSounds) {
+  for (const char* file : {"a.wav", "a.json"}) static_cast<void>(scratch_.write(file, ""));
+  const auto songs = read(
+                         "id,text,song,audio,song_offset\na,,a.json,,\nb,,a.json,a.wav,\nc,,a.json,a.wav,-1.5\n"
+                         "d,hello,,,\n")
+                         .lines;
+  ASSERT_EQ(songs.size(), 4U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(songs[i].line.song.filename(), "a.json");
+    EXPECT_TRUE(songs[i].line.is_sung);
+    EXPECT_EQ(songs[i].line.audio.empty(), i == 0);
+  }
+  EXPECT_FALSE(songs[1].line.song_offset);
+  EXPECT_EQ(songs[2].line.song_offset, -1.5);
+  EXPECT_EQ(songs[3].line.text, "hello");
+  EXPECT_EQ(read("song\na.json\n").lines.size(), 1U) << "a list of songs alone";
+  const std::string all = faults(
+      "id,song,text,audio,song offset\nb,no.json,,,\nc,a.json,,,1\nd,a.json,,a.wav,x\ne,,,a.wav,2\nf,a.json,hello,,\n");
+  for (const char* told : {"6: found words beside a song", "2: names '", "3: found the song offset '1'",
+                           "4: found the song offset 'x'", "5: tells where a song begins; expected a song, too"})
+    EXPECT_NE(all.find(told), std::string::npos) << told << "\n" << all;
+}
+
 TEST_F(ReadingBatchList, FindsColumnsByTheirNames) {
   const BatchList list = read("Emotion,Character,Text,Line ID,level\nangry,Bob,hello,b1,3\n");
   ASSERT_EQ(list.lines.size(), 1U);

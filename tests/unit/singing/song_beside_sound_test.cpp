@@ -186,7 +186,8 @@ TEST(BesideSound, RefusesASoundThatHoldsNothingOfTheSong) {
   EXPECT_THROW(besideSound(sung, AudioClip{16000, std::vector<float>(16000)}, std::nullopt, aligner, "a.wav"),
                InputError);
   EXPECT_THROW(besideSound(sung, soundOf(0, 3), 60.0, aligner, "a.wav"), InputError);
-  EXPECT_THROW(besideSound(sung, soundOf(0, 3), std::nan(""), aligner, "a.wav"), InputError);
+  for (const Seconds offset : {std::nan(""), 1e300, -14'401.0})
+    EXPECT_THROW(besideSound(sung, soundOf(0, 3), offset, aligner, "a.wav"), InputError) << offset;
 }
 
 }  // namespace

@@ -1,11 +1,14 @@
 // The C interface: codes and texts instead of exceptions, whatever it is given.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "audio/audio_clip.h"
 #include "mouthpiece/mouthpiece.h"
 #include "support/run_program.h"
 
@@ -33,6 +36,8 @@ TEST(CInterface, NullIsRefusedAndFreedWithoutHarm) {
   EXPECT_EQ(mouthpiece_speak(speaker, "now", &line, error, sizeof error), MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(line, nullptr);
   EXPECT_EQ(mouthpiece_speak(speaker, "now", nullptr, nullptr, 0), MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_sing_recording(speaker, "a.json", "a.wav", nullptr, &line, error, sizeof error),
+            MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_save(nullptr, "a.wav", error, sizeof error), MOUTHPIECE_BAD_INPUT);
   mouthpiece_stream* stream = nullptr;
   EXPECT_EQ(mouthpiece_stream_new(nullptr, &stream, error, sizeof error), MOUTHPIECE_BAD_INPUT);
@@ -106,6 +111,49 @@ TEST(CInterface, SpeaksStreamsAndSaves) {
   // The stream keeps the performance alive, and either may go first.
   mouthpiece_performance_free(line);
   mouthpiece_stream_free(stream);
+  mouthpiece_speaker_free(speaker);
+}
+
+/// Sung, and its own sound given back a second late: the song is found there, or lies where it is told.
+TEST(CInterface, SingsASongBesideItsSound) {
+  if (!fs::exists(kCorpus)) GTEST_SKIP() << "no " << kCorpus << ": run `make data`";
+  if (std::system("command -v festival > /dev/null 2>&1") != 0) GTEST_SKIP() << "no Festival: nothing is sung";
+  const mouthpiece::test::ScratchFolder scratch;
+  const std::string song = scratch.write("a.json", R"({"tempo": 100, "words": [
+      {"word": "the", "notes": [{"pitch": "C4", "beats": 1}]}, {"word": "bread", "notes": [{"pitch": "G4", "beats": 1}]},
+      {"word": "is", "notes": [{"pitch": "A4", "beats": 1}]}, {"word": "warm", "notes": [{"pitch": "E4", "beats": 2}]}]})");
+  const std::string sound = (scratch.path() / "a.wav").string();
+  const mouthpiece_options options = sampleOptions(false);
+  char error[300];
+  mouthpiece_speaker* speaker = nullptr;
+  ASSERT_EQ(mouthpiece_speaker_new(&options, &speaker, error, sizeof error), MOUTHPIECE_OK) << error;
+  mouthpiece_performance* line = nullptr;
+  ASSERT_EQ(mouthpiece_sing(speaker, song.c_str(), &line, error, sizeof error), MOUTHPIECE_OK) << error;
+  size_t count = 0;
+  int rate_hz = 0;
+  const float* samples = mouthpiece_sound(line, &count, &rate_hz);
+  mouthpiece::AudioClip late{rate_hz, std::vector<float>(static_cast<size_t>(rate_hz))};
+  late.samples.insert(late.samples.end(), samples, samples + count);
+  mouthpiece::writeWav(sound, late);
+  mouthpiece_performance_free(line);
+  for (const double told : {0.0, 1.0}) {
+    ASSERT_EQ(mouthpiece_sing_recording(speaker, song.c_str(), sound.c_str(), told > 0 ? &told : nullptr, &line, error,
+                                        sizeof error),
+              MOUTHPIECE_OK)
+        << error;
+    const char* notice = mouthpiece_notice(line, 0);
+    ASSERT_NE(notice, nullptr);
+    double begins = 0;
+    ASSERT_EQ(std::sscanf(notice, "the song's clock begins at %lf", &begins), 1) << notice;
+    EXPECT_NEAR(begins, 1, told > 0 ? 0.006 : 0.061) << "a vowel's pitch begins after its note";
+    EXPECT_EQ(std::strstr(notice, "as told") != nullptr, told > 0) << notice;
+    mouthpiece_performance_free(line);
+  }
+  const double far = 1e300;
+  EXPECT_EQ(mouthpiece_sing_recording(speaker, song.c_str(), sound.c_str(), &far, &line, error, sizeof error),
+            MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_sing_recording(speaker, song.c_str(), nullptr, nullptr, &line, error, sizeof error),
+            MOUTHPIECE_BAD_INPUT);
   mouthpiece_speaker_free(speaker);
 }
 
