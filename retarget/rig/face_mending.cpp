@@ -148,7 +148,9 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       if (!way.levels || round == 0) addTorn(last, torn);  // what levelling itself stretches stays
       if (levelling) levelling->level(judge.closures(*moved), binding);
       if (levelling) last.left_open.fill(0);
-      if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
+      // What surfaces that meet leave open once all else is tried is pressed together.
+      const bool is_left = !levelling && round >= kRelaxedWithin.size() && !last.faults.empty();
+      if (way.meets ? is_left : levelling ? way.holds_apart : meetWrongly(last))
         press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding,
                   (way.is_coarse ? kCoarseEdge : std::numeric_limits<double>::infinity()) * mouth_width);
