@@ -199,9 +199,9 @@ Song readSong(const std::filesystem::path& path) {
   const std::string bytes = readFile(path, kMostBytes);
   if (bytes.starts_with("MThd")) return parseMidi(bytes, path.string());
   if (reader.parse != parsePackedMusicXml || !bytes.starts_with("PK"))
-    expectText(
-        bytes, path.string(),
-        kindOfNoText(bytes).starts_with("a sound") ? "a written song (--audio takes its sound)" : "a written song");
+    expectText(bytes, path.string(),
+               kindOfNoText(bytes).starts_with("a sound") ? "a written song, whose sound may go beside it as audio"
+                                                          : "a written song");
   return reader.parse(bytes, path.string());
 }
 

@@ -300,7 +300,8 @@ TEST(SongReaders, AreChosenByTheEnding) {
   for (const char* name : {"a.wav", "a.json", "a.mxl", "a.mid", "a.ust"}) {
     std::ofstream(folder / name) << sound;
     EXPECT_EQ(errorOf([&] { readSong(folder / name); }),
-              (folder / name).string() + ": is a sound (WAV); expected a written song (--audio takes its sound)");
+              (folder / name).string() +
+                  ": is a sound (WAV); expected a written song, whose sound may go beside it as audio");
   }
   std::ofstream(folder / "b.json") << midi;
   EXPECT_NE(errorOf([&] { readSong(folder / "b.json"); }).find("MIDI"), std::string::npos) << "by its first bytes";
