@@ -1,5 +1,7 @@
 #include "deform/surface/bezier_surface.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
@@ -17,6 +19,23 @@ using Energy = Eigen::Matrix<double, 9, 9>;
 
 std::array<Eigen::Vector2d, 3> cornersOf(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
   return {mesh.domain.row(triangle[0]), mesh.domain.row(triangle[1]), mesh.domain.row(triangle[2])};
+}
+
+/// The same triangle as it lies along the skin at rest: stretched to where that is longer than its place in the plane,
+/// in a fold that the plane sees from the front, or under the chin. Never shortened, or folds would make slivers.
+std::array<Eigen::Vector2d, 3> cornersAlongSkin(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
+  std::array<Eigen::Vector2d, 3> corners = cornersOf(mesh, triangle);
+  const Eigen::Vector3d last = mesh.rest.row(triangle[2]);
+  Eigen::Matrix<double, 3, 2> skin;
+  skin << mesh.rest.row(triangle[0]).transpose() - last, mesh.rest.row(triangle[1]).transpose() - last;
+  Eigen::Matrix2d plane;
+  plane << corners[0] - corners[2], corners[1] - corners[2];
+  const Eigen::Matrix<double, 3, 2> skin_from_plane = skin * plane.inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> metric(skin_from_plane.transpose() * skin_from_plane);
+  const Eigen::Vector2d stretches = metric.eigenvalues().cwiseMax(1.0).cwiseSqrt();
+  for (Eigen::Vector2d& corner : corners)
+    corner = metric.eigenvectors() * stretches.asDiagonal() * metric.eigenvectors().transpose() * corner;
+  return corners;
 }
 
 double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
@@ -150,14 +169,17 @@ double areaOf(const ControlMesh& mesh) {
   return area;
 }
 
-TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits) {
+using Corners = std::array<Eigen::Vector2d, 3> (*)(const ControlMesh& mesh, const std::array<int, 3>& triangle);
+
+/// corners: where each triangle's energy is measured.
+TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits, Corners corners) {
   TotalEnergy total;
   total.slope_slope.reserve(36 * mesh.triangles.size());
   total.slope_value.reserve(18 * mesh.triangles.size());
   const double scaled_tension = kTension * asReal(mesh.triangles.size()) / areaOf(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
-    const Energy energy = triangleEnergy(cornersOf(mesh, triangle), splits[t], scaled_tension);
+    const Energy energy = triangleEnergy(corners(mesh, triangle), splits[t], scaled_tension);
     for (int i = 0; i < 6; ++i) {
       const int row = slopeRow(triangle, i);
       for (int j = 0; j < 6; ++j) total.slope_slope.emplace_back(row, slopeRow(triangle, j), energy(3 + i, 3 + j));
@@ -217,12 +239,12 @@ struct BezierSurface::Slopes : LeastEnergy {
 
 BezierSurface::BezierSurface(const ControlMesh& mesh) : triangles_(mesh.triangles), rest_(mesh.rest) {
   for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
-  const TotalEnergy energy = assemble(mesh, splits_);
-  slopes_ = std::make_shared<const Slopes>(energy, constraintsOf(mesh, true));
-  const bool is_fitted = mesh.rest_slopes.rows() > 0;
-  rest_pose_ =
-      netsOf(rest_, is_fitted ? mesh.rest_slopes
-                              : MarkerPositions(LeastEnergy(energy, constraintsOf(mesh, false)).slopesFrom(rest_)));
+  slopes_ = std::make_shared<const Slopes>(assemble(mesh, splits_, cornersAlongSkin), constraintsOf(mesh, true));
+  const auto of_rest = [&] {
+    return MarkerPositions(
+        LeastEnergy(assemble(mesh, splits_, cornersOf), constraintsOf(mesh, false)).slopesFrom(rest_));
+  };
+  rest_pose_ = netsOf(rest_, mesh.rest_slopes.rows() > 0 ? mesh.rest_slopes : of_rest());
 }
 
 Eigen::MatrixXd BezierSurface::slopesFrom(const Eigen::MatrixXd& displacements) const {
@@ -293,7 +315,7 @@ TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place) {
 
 MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples) {
   const BezierSurface surface(mesh);
-  TotalEnergy total = assemble(mesh, surface.splits());
+  TotalEnergy total = assemble(mesh, surface.splits(), cornersOf);
   // Energies weigh bends against distances at the scale of one triangle.
   const double area = areaOf(mesh), cell = area / asReal(mesh.triangles.size());
   const double weight = kSampleWeight * area / (asReal(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
