@@ -22,6 +22,9 @@ constexpr double kTurnsWithLine = 0.5;
 
 /// The upper lip's share of the way when lips that are apart at rest shall meet.
 constexpr double kUpperLipCloses = 0.35;
+/// The skin under the lip goes along as far as this from the lip's edge, mouth widths, or the surface, which is steep
+/// between a marker that goes and one beside it that stays, swings out beyond both.
+constexpr double kSkinCloses = 0.45;
 
 Eigen::Vector3d row(const MarkerPositions& points, int index) { return points.row(index).transpose(); }
 
@@ -123,12 +126,23 @@ void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, cons
 
 MarkerPositions closingOffsets(const ControlMesh& mesh) {
   MarkerPositions offsets = MarkerPositions::Zero(signedIndex(mesh.marker_count), 3);
-  for (const auto& [upper_rim, lower_rim, upper, lower] : lipPairs(mesh)) {
+  const std::vector<LipPair> pairs = lipPairs(mesh);
+  for (const auto& [upper_rim, lower_rim, upper, lower] : pairs) {
     const Eigen::Vector3d up = (row(mesh.rest, upper) - row(mesh.rest, lower)).normalized();
     const double gap = (row(mesh.rest, upper_rim) - row(mesh.rest, lower_rim)).dot(up);
     if (!(gap > 0)) continue;
     offsets.row(upper) -= (kUpperLipCloses * gap * up).transpose();
     offsets.row(lower) += ((1 - kUpperLipCloses) * gap * up).transpose();
+  }
+  for (Eigen::Index m = 0; m < offsets.rows() && !pairs.empty(); ++m) {
+    if (mesh.points[unsignedIndex(m)].side != LipSide::kNone) continue;
+    const auto away = [&](const LipPair& pair) { return (mesh.rest.row(m) - mesh.rest.row(pair.lower_marker)).norm(); };
+    const int nearest = std::min_element(pairs.begin(), pairs.end(), [&](const LipPair& one, const LipPair& other) {
+                          return away(one) < away(other);
+                        })->lower_marker;
+    if (mesh.rest(m, 1) > mesh.rest(nearest, 1)) continue;
+    const double off = (mesh.rest.row(m) - mesh.rest.row(nearest)).norm() / mesh.mouth_width;
+    offsets.row(m) = (1 - smoothStep(off / kSkinCloses)) * offsets.row(nearest);
   }
   return offsets;
 }
