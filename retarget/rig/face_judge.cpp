@@ -21,7 +21,7 @@ constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
 constexpr double kSeenMm = 0.5;   ///< nobody sees through slits that are no taller
 constexpr double kNearMm = 1;     ///< and can be told to lie in each other
 
-constexpr std::array<FaceLimit, 13> kLimits{{
+constexpr std::array<FaceLimit, 14> kLimits{{
     {"closures", 95, "%", true},
     {"lips in each other", 0.5, "mm", false},
     {"lips in the teeth", 0.5, "mm", false},
@@ -29,6 +29,7 @@ constexpr std::array<FaceLimit, 13> kLimits{{
     {"edge length", 3, "times", false},
     {"stretch", 5, "mm", false},
     {"triangles turned over", 4, "mm2", false},
+    {"skin off its markers", 5, "mm", false},
     {"vertex jump", 2, "times", false},
     {"lopsided motion", 3, "mm", false},
     {"bound", 95, "%", true},
@@ -39,7 +40,7 @@ constexpr std::array<FaceLimit, 13> kLimits{{
 
 /// Rows of the poses that show most of something.
 struct WorstRows {
-  std::size_t ratio, growth, jump, turned, overlap, teeth, tongue, open;
+  std::size_t ratio, growth, off_markers, jump, turned, overlap, teeth, tongue, open;
 };
 
 /// What is seen in poses of a head, summed up.
@@ -96,6 +97,7 @@ WorstRows Summary::worstRows() const {
   };
   return {.ratio = by([&](std::size_t row) { return seen_[row].ratio.value; }),
           .growth = by([&](std::size_t row) { return seen_[row].growth.value; }),
+          .off_markers = by([&](std::size_t row) { return seen_[row].off_markers.value; }),
           .jump = by([&](std::size_t row) { return seen_[row].jump.value; }),
           .turned = by([&](std::size_t row) { return seen_[row].turned_mm2; }),
           .overlap = by([&](std::size_t row) { return overlapOf(row); }),
@@ -122,6 +124,7 @@ void Summary::measure(const WorstRows& worst, FaceJudgement& found) const {
   const LipContact& rest = head_.atRest();
   found.edge_ratio = seen_[worst.ratio].ratio.value;
   found.edge_growth_mm = seen_[worst.growth].growth.value;
+  found.off_markers_mm = seen_[worst.off_markers].off_markers.value;
   found.jump_ratio = seen_[worst.jump].jump.value;
   found.turned_over_mm2 = seen_[worst.turned].turned_mm2;
   found.lips_overlap_mm = head_.mm() * std::max(0.0, overlapOf(worst.overlap) - rest.seeming_overlap);
@@ -170,7 +173,7 @@ void Summary::tellOfLips(const WorstRows& worst, FaceJudgement& found) const {
 
 void Summary::tellOfSkin(const WorstRows& worst, FaceJudgement& found) const {
   const PoseSeen &longest = seen_[worst.ratio], &most_grown = seen_[worst.growth], &turned = seen_[worst.turned],
-                 &jumped = seen_[worst.jump];
+                 &jumped = seen_[worst.jump], &off = seen_[worst.off_markers];
   if (found.edge_ratio > limitNamed("edge length"))
     tell(found, "edge length",
          head_.edgeText(longest.ratio.item, fmt::format("{:.1f} times as long", found.edge_ratio)),
@@ -184,6 +187,11 @@ void Summary::tellOfSkin(const WorstRows& worst, FaceJudgement& found) const {
          fmt::format("{} triangles, {:.1f} square millimetres at rest, turn over, first at {}", turned.turned.size(),
                      found.turned_over_mm2, head_.placeOf(head_.mesh().triangles[turned.turned[0]][0])),
          turned.turned, worst.turned);
+  if (found.off_markers_mm > limitNamed("skin off its markers"))
+    tell(found, "skin off its markers",
+         fmt::format("{} goes {:.1f} mm beyond what the markers around it do",
+                     head_.placeOf(static_cast<std::uint32_t>(off.off_markers.item)), found.off_markers_mm),
+         head_.trianglesAt(off.off), worst.off_markers);
   if (found.jump_ratio > limitNamed("vertex jump"))
     tell(found, "vertex jump",
          fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as {}",
@@ -215,6 +223,7 @@ FaceJudgement judgePoses(const JudgedHead& head, const FaceRig& rig, const FaceM
     if (poses.rows[row].closed) widest_gap = std::numeric_limits<double>::infinity();
     head.lookAtPose(now, widest_gap, seen[row]);
     head.lookAtMotion(now, motion, row, seen[row]);
+    head.lookAtMarkersAround(now, motion, row, seen[row]);
     return now;
   };
   parallelFor(count, [&](std::size_t row) {

@@ -59,7 +59,9 @@ struct FaceJudgement {
   double edge_ratio = 0;       ///< of an edge's length to that at rest
   /// Of an edge; of one over 20 mm long in parts of what it is allowed (docs/guides/fit_a_face.md).
   double edge_growth_mm = 0;
-  double turned_over_mm2 = 0;   ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
+  double turned_over_mm2 = 0;  ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
+  /// How far skin goes beyond all that the markers around it do, and the rims of the lips beside it.
+  double off_markers_mm = 0;
   double jump_ratio = 0;        ///< of a vertex' step to its markers', or 2/3 of that to any marker's if more
   double motion_share = 0;      ///< of the markers' motion that the skin under them goes along with
   double lip_motion_share = 0;  ///< the same of the lips' markers

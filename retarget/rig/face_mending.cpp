@@ -30,7 +30,8 @@ constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
-constexpr std::array<std::string_view, 4> kOfSkin{"edge length", "stretch", "triangles turned over", "vertex jump"};
+constexpr std::array<std::string_view, 5> kOfSkin{"edge length", "stretch", "triangles turned over",
+                                                  "skin off its markers", "vertex jump"};
 
 bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
 

@@ -10,7 +10,9 @@
 #include <map>
 
 #include "base/parallel_for.h"
+#include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
 namespace {
@@ -51,11 +53,13 @@ JudgedHead::JudgedHead(const FaceRig& rig, const FaceFile& face)
       welding_(weldSplitTriangles(rig.mesh())),
       mesh_(welding_.isNothing() ? rig.mesh() : welding_.mesh),
       meter_(mesh_, face.control, kSampleShare),
-      at_rest_(meter_.measure(mesh_.vertices)) {
+      at_rest_(meter_.measure(mesh_.vertices)),
+      tuck_(mesh_, face.control) {
   findMoving();
   findEdges();
   findTriangles();
   findMarkers();
+  findLeading();
 }
 
 void JudgedHead::findMoving() {
@@ -144,6 +148,25 @@ void JudgedHead::findMarkers() {
     if (foot) foot->weights.maxCoeff(&corner);
     skin_at_.push_back(foot ? skin[foot->triangle][unsignedIndex(corner)] : 0);
     is_lip_.push_back(lipSideOf(face_.marker_names[i]) != LipSide::kNone);
+  }
+}
+
+void JudgedHead::findLeading() {
+  const ControlMesh& control = face_.control;
+  std::vector<int> leading;
+  for (std::size_t i = 0; i < control.points.size(); ++i) {
+    if (control.points[i].rule != PointRule::kFollow) leading.push_back(static_cast<int>(i));
+  }
+  const HeadTopology topology(mesh_, openingsOf(control));
+  for (std::uint32_t v = 0; v < patch_.size(); ++v) {
+    if (patch_[v] < 0 || !isSkin(kinds_[v]) || topology.isInMouth(v)) continue;
+    const auto away = [&](int point) {
+      return (control.rest.row(point) - mesh_.vertices.row(v).cast<double>()).norm();
+    };
+    Outside& outside = outside_.emplace_back();
+    outside.vertex = v;
+    std::partial_sort_copy(leading.begin(), leading.end(), outside.around.begin(), outside.around.end(),
+                           [&](int one, int other) { return away(one) < away(other); });
   }
 }
 
@@ -250,6 +273,27 @@ void JudgedHead::lookAtMotion(const VertexPositions& now, const FaceMotion& moti
     if (!is_lip_[i]) continue;
     seen.lip_marker_squares += marker;
     seen.lip_skin_squares += skin;
+  }
+}
+
+void JudgedHead::lookAtMarkersAround(const VertexPositions& now, const FaceMotion& motion, std::size_t row,
+                                     PoseSeen& seen) const {
+  const FacePose pose = motion.pose(FrameIndex{row});
+  MarkerPositions points;
+  leadingPoints(face_.control, lipPairs(face_.control), pose, points);
+  tuck_.apply(pose.lips, points);
+  points -= face_.control.rest;
+  // Skin between markers goes as a mixture of them and of what stays: within the box around their ways and none.
+  const double most = limitNamed("skin off its markers");
+  for (const Outside& outside : outside_) {
+    const Vector3f way = now.row(outside.vertex) - mesh_.vertices.row(outside.vertex);
+    if (mm_ * double{way.norm()} <= std::min(seen.off_markers.value, kTearsFrom * most)) continue;
+    Eigen::AlignedBox3f ways(Vector3f(Vector3f::Zero()));
+    for (const int point : outside.around) ways.extend(Vector3f(points.row(point).cast<float>()));
+    const double off_mm = mm_ * double{ways.exteriorDistance(way)};
+    seen.off_markers.take(off_mm, outside.vertex);
+    if (off_mm > most) seen.off.push_back(outside.vertex);
+    if (off_mm > kTearsFrom * most) seen.torn.push_back(outside.vertex);
   }
 }
 

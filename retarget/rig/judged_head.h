@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "deform/mesh/welding.h"
+#include "deform/mouth/lip_tuck.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_judge.h"
 
@@ -29,10 +31,10 @@ constexpr double kOfAnyMarker = 1.5;
 struct PoseSeen {
   LipContact contact;  ///< the mesh's unit
   bool is_measured = false;
-  WorstSeen ratio, growth, jump;  ///< items: edges, edges, vertices
+  WorstSeen ratio, growth, jump, off_markers;  ///< items: edges, edges, vertices, vertices
   double growth_mm = 0, jump_mm = 0, turned_mm2 = 0;
   bool jumps_past_all = false;  ///< `jump` is told by the furthest of all markers, divided by kOfAnyMarker
-  std::vector<std::uint32_t> turned, stretched, jumped, torn;
+  std::vector<std::uint32_t> turned, stretched, jumped, off, torn;
   double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
 };
 
@@ -58,6 +60,8 @@ class JudgedHead {
   void lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const;
   /// How far skin and markers are from rest in frame `row`.
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
+  /// How far skin goes in frame `row` from rest beyond all that the markers and rims around it do.
+  void lookAtMarkersAround(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
   /// How far vertices go from frame row - 1 to `row`, beside their markers, and beside any.
   void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
                   std::span<const LipPose> lips, PoseSeen& seen) const;
@@ -83,6 +87,7 @@ class JudgedHead {
   void findEdges();
   void findTriangles();
   void findMarkers();
+  void findLeading();
   void lookAtEdges(const VertexPositions& now, PoseSeen& seen) const;
   void lookAtTriangles(const VertexPositions& now, PoseSeen& seen) const;
 
@@ -103,7 +108,13 @@ class JudgedHead {
   std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
   std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
   std::vector<std::int32_t> patch_;            ///< of each vertex
-  std::vector<std::uint32_t> skin_at_;         ///< vertex of the skin under each marker
+  LipTuck tuck_;
+  struct Outside {
+    std::uint32_t vertex;
+    std::array<int, 8> around;  ///< the nearest markers and points of the mouth's rim
+  };
+  std::vector<Outside> outside_;        ///< skin that moves and is not in the mouth
+  std::vector<std::uint32_t> skin_at_;  ///< vertex of the skin under each marker
   std::vector<bool> is_lip_;
 };
 

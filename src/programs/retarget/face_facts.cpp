@@ -164,6 +164,7 @@ nlohmann::json judgementFacts(const FaceReport& report) {
           {"edge_ratio", found.edge_ratio},
           {"edge_growth_mm", found.edge_growth_mm},
           {"turned_over_mm2", found.turned_over_mm2},
+          {"off_markers_mm", found.off_markers_mm},
           {"jump_ratio", found.jump_ratio},
           {"motion_share", found.motion_share},
           {"lip_motion_share", found.lip_motion_share},
@@ -180,13 +181,14 @@ std::string judgementText(const FaceReport& report) {
       "  in motion          {} poses, {} steps: {} of {} closures touch, lips {:.2f} mm in each other, {:.2f} in "
       "teeth, "
       "{:.2f} in the tongue\n"
-      "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over\n"
+      "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over; skin {:.1f} mm off "
+      "its markers\n"
       "  jumps              {:.1f} times those of the markers at most; skin moves {:.0f} % of them, lips {:.0f} %\n"
       "{}"
       "  fold-overs in use  {} of {} places\n",
       found.poses, found.steps, found.touching, found.closures, found.lips_overlap_mm, found.in_teeth_mm,
-      found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over_mm2, found.jump_ratio,
-      100 * found.motion_share, 100 * found.lip_motion_share,
+      found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over_mm2, found.off_markers_mm,
+      found.jump_ratio, 100 * found.motion_share, 100 * found.lip_motion_share,
       found.lopsided_mm
           ? fmt::format("  sides              {:.2f} mm apart where the actor's do the same\n", *found.lopsided_mm)
           : "",

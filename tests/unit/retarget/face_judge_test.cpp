@@ -244,6 +244,29 @@ TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
   EXPECT_GT(*fault->pose, 0U) << "at rest nothing shows";
 }
 
+/// Skin around the chin that swings out beyond its markers, as where two of them that part lie close together.
+TEST_F(FaceJudgeTest, SeesSkinThatLeavesItsMarkers) {
+  const FaceJudgement whole = judged(file_, opening());
+  EXPECT_LT(whole.off_markers_mm, 2.5);
+  FaceFile swung = file_;
+  const auto chin = std::find(swung.marker_names.begin(), swung.marker_names.end(), "CHIN_UP");
+  for (ControlPoint& point : swung.control.points) {
+    if (!point.name.starts_with("FILL_")) continue;
+    for (PointDriver& driver : point.drivers) {
+      if (driver.point == chin - swung.marker_names.begin() && driver.weight > 0.3) driver.weight *= 4;
+    }
+  }
+  const FaceJudgement found = judged(swung, opening());
+  const FaceFault* fault = faultOf(found, "skin off its markers");
+  ASSERT_NE(fault, nullptr) << found.off_markers_mm;
+  EXPECT_GT(found.off_markers_mm, 5);
+  EXPECT_NE(fault->what.find("vertex"), std::string::npos) << fault->what;
+  EXPECT_NE(fault->what.find("in pose"), std::string::npos) << fault->what;
+  EXPECT_FALSE(fault->triangles.empty());
+  ASSERT_TRUE(fault->pose);
+  EXPECT_GT(*fault->pose, 0U) << "at rest nothing shows";
+}
+
 TEST_F(FaceJudgeTest, SeesAFaceThatDoesNotMove) {
   FaceFile frozen = file_;
   std::fill(frozen.binding.skin_weight.begin(), frozen.binding.skin_weight.end(), 0.0F);
