@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "base/unicode.h"
 
 namespace mouthpiece {
 namespace {
@@ -150,19 +149,6 @@ std::string lowerCase(std::string_view text) {
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return lower;
-}
-
-std::string slugOf(std::string_view text, std::size_t longest) {
-  std::string slug;
-  const std::string apart = lowerCase(toNfd(text));
-  for (std::size_t at = 0; at < apart.size() && slug.size() < longest;) {
-    const char32_t c = decodeUtf8(apart, at).value_or(' ');
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
-    if (is_plain) slug += static_cast<char>(c);
-    if (!is_plain && !isJoiningMark(c) && !slug.empty() && slug.back() != '-') slug += '-';
-  }
-  while (!slug.empty() && slug.back() == '-') slug.pop_back();
-  return slug;
 }
 
 }  // namespace mouthpiece

@@ -25,8 +25,4 @@ void appendUtf8(std::string& out, char32_t code_point);
 /// A to Z become a to z; everything else stays.
 std::string lowerCase(std::string_view text);
 
-/// Text as a file's name: its ASCII letters (in small, without their accents) and digits, a hyphen for all that stands
-/// between, at most `longest` characters. Empty when it has none of them.
-std::string slugOf(std::string_view text, std::size_t longest);
-
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {
@@ -65,6 +66,19 @@ std::string toPinyin(std::string_view text) {
   std::string out;
   changed.toUTF8String(out);
   return out;
+}
+
+std::string slugOf(std::string_view text, std::size_t longest) {
+  std::string slug;
+  const std::string apart = lowerCase(toNfd(text));
+  for (std::size_t at = 0; at < apart.size() && slug.size() < longest;) {
+    const char32_t c = decodeUtf8(apart, at).value_or(' ');
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (is_plain) slug += static_cast<char>(c);
+    if (!is_plain && !isJoiningMark(c) && !slug.empty() && slug.back() != '-') slug += '-';
+  }
+  while (!slug.empty() && slug.back() == '-') slug.pop_back();
+  return slug;
 }
 
 }  // namespace mouthpiece

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,10 @@ std::string toNfd(std::string_view text);
 bool isWordSign(char32_t code_point);
 /// A mark that joins the letter before it: an accent, a vowel sign, points.
 bool isJoiningMark(char32_t code_point);
+
+/// Text as a file's name: its ASCII letters (in small, without their accents) and digits, a hyphen for all that stands
+/// between, at most `longest` characters. Empty when it has none of them.
+std::string slugOf(std::string_view text, std::size_t longest);
 
 /// Chinese characters as Pinyin with tone marks, a word a character (ICU's Han-Latin); other text as it is.
 std::string toPinyin(std::string_view text);

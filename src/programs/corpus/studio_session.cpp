@@ -11,6 +11,7 @@
 #include "base/index.h"
 #include "base/json_text.h"
 #include "base/text_encoding.h"
+#include "base/unicode.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/video_takes.h"
 #include "deform/mesh/mesh_files.h"

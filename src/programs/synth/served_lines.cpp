@@ -13,6 +13,7 @@
 #include "base/json_fields.h"
 #include "base/json_text.h"
 #include "base/text_encoding.h"
+#include "base/unicode.h"
 #include "deform/mesh/mesh_files.h"
 #include "expression/expression.h"
 #include "phonetics/language/language.h"
