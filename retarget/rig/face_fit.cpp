@@ -244,6 +244,11 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
   // Measured: 1.00 to 1.06 on four heads whose lips part, 0.20 to 0.72 on five whose lips are one surface.
   constexpr double kLipsPart = 0.85;
   std::vector<std::string> faults;
+  // Before what comes of it: the warp that folds, lips that seem to be one.
+  if (check.marker_to_surface_max_mm > kMarkerReachMm) {
+    faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,
+                                 check.marker_to_surface_max_mm));
+  }
   if (check.fold_overs > 0) {
     faults.push_back(fmt::format("the warp folds over at {} of {} points, first beside {}; check the anchors there",
                                  check.fold_overs, check.sampled_points, check.fold_over_marker));
@@ -257,10 +262,6 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
         "the lips are one surface and cannot part: the way from LIP_UP_MID to LIP_LO_MID along the mesh is "
         "{:.0f} % of that around the mouth's corner; `retarget cut` opens the mesh along the line between the lips",
         100 * check.binding.way_between_lips));
-  }
-  if (check.marker_to_surface_max_mm > kMarkerReachMm) {
-    faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,
-                                 check.marker_to_surface_max_mm));
   }
   if (100 * check.binding.coverage < limitNamed("bound")) {
     faults.push_back(

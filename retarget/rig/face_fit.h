@@ -58,7 +58,7 @@ struct FaceCheck {
 };
 FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh);
 
-/// Why the face must not be used as it is; empty when all is well.
+/// Why the face must not be used as it is, what others come of first; empty when all is well.
 std::vector<std::string> faultsOf(const FaceCheck& check);
 
 /// How the lips of one frame lie to each other and to the teeth; the mesh's unit.

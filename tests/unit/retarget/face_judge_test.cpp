@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "deform/mesh/welding.h"
+#include "retarget/rig/face_fit.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -341,6 +342,18 @@ TEST(FaceLimits, StandInTheGuide) {
     EXPECT_NE(rows.find(row), std::string::npos) << row;
   }
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + static_cast<std::ptrdiff_t>(faceLimits().size()));
+}
+
+/// A click far off the skin folds the warp, not the other way round.
+TEST(FaultsOf, AnAnchorOffTheSkinComesFirst) {
+  FaceCheck check;
+  check.binding.coverage = check.binding.way_between_lips = 1;
+  check.marker_to_surface_max_mm = 26;
+  check.farthest_marker = "NOSE_TIP";
+  check.fold_overs = 3;
+  const std::vector<std::string> faults = faultsOf(check);
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_TRUE(faults.front().starts_with("NOSE_TIP lies 26.0 mm off the skin")) << faults.front();
 }
 
 }  // namespace
