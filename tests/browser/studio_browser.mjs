@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { launchBrowser } from './environment.mjs';
-import { ffmpeg, judged } from './studio_server.mjs';
+import { ffmpeg, judged, promptOf } from './studio_server.mjs';
 
 /** Chromium's options for devices that loop: the speaker rests, says the sentence, rests. `camera`, `microphone`: what
  * ffmpeg's filters make of picture and sound. */
@@ -59,4 +59,24 @@ export async function sayPrompt(server, page, text, during = async () => {}) {
   await page.waitForFunction(() => document.getElementById('record').textContent === 'Record', null, { timeout: 25000 });
   assert.equal((await sent).status(), 200);
   return judged(server, text);
+}
+
+/** Six seconds of the devices, recorded as the studio's page does by a page that does nothing else, are sent as a take. */
+export async function recordBarely(server, devices, text) {
+  const browser = await launchBrowser(devices);
+  const page = await browser.newPage();
+  await page.goto(server.address);
+  await page.evaluate(async (prompt) => {
+    const stream = await navigator.mediaDevices.getUserMedia({ video: true, audio: true });
+    const recorder = new MediaRecorder(stream, { mimeType: 'video/webm;codecs=vp8,opus', videoBitsPerSecond: 8e6 });
+    const parts = [];
+    recorder.ondataavailable = (event) => parts.push(event.data);
+    const stopped = new Promise((done) => { recorder.onstop = done; });
+    recorder.start();
+    await new Promise((done) => { setTimeout(done, 6000); });
+    recorder.stop();
+    await stopped;
+    await fetch(`/take${window.location.search}&prompt=${prompt}`, { method: 'POST', body: new Blob(parts) });
+  }, await promptOf(server, text));
+  await browser.close();
 }

@@ -1,7 +1,7 @@
 // What the tests of `corpus studio` share: clips of a real speaker, made into what a camera could have seen, and the
 // server.
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { skip, startServer } from './environment.mjs';
 
@@ -41,6 +41,13 @@ export function ffmpeg(...options) {
   execFileSync('ffmpeg', ['-nostdin', '-v', 'error', '-y', ...options], { stdio: ['ignore', 'ignore', 'inherit'] });
 }
 
+/** As a browser's recording of a clip: WebM, of pictures that come at their own times. */
+export function recorded(clip, made, videoFilter, soundFilter) {
+  ffmpeg('-i', clip, '-vf', videoFilter, '-fps_mode', 'passthrough', '-c:v', 'libvpx', '-deadline', 'realtime', '-b:v', '3M',
+    '-af', soundFilter, '-ac', '1', '-ar', '48000', '-c:a', 'libopus', '-b:a', '128k', made);
+  return readFileSync(made);
+}
+
 export const startStudio = (corpus, scratch) =>
   startServer(corpus, ['studio', join(scratch, 'me'), '--text', join(scratch, 'prompts.txt'), '--count', '2']);
 
@@ -52,6 +59,8 @@ export async function ask(server, path, parameters = {}, body = undefined) {
   const answer = await fetch(url, body === undefined ? {} : { method: 'POST', body });
   return answer.json();
 }
+
+export const promptOf = async (server, text) => (await ask(server, '/state')).prompts.findIndex((prompt) => prompt.text === text);
 
 /** The prompt of that text, once its take has been judged. */
 export async function judged(server, text) {

@@ -6,25 +6,18 @@ import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { endServer } from './environment.mjs';
-import { anyClip, ask, ffmpeg, freshFolder, judged, otherSentence, startStudio } from './studio_server.mjs';
+import { anyClip, ask, freshFolder, judged, otherSentence, promptOf, recorded, startStudio } from './studio_server.mjs';
 
 const [corpus, clips, scratchFolder, anchors] = process.argv.slice(2);
 const { file, sentence } = anyClip(clips);
 const scratch = freshFolder(scratchFolder, sentence);
 const me = join(scratch, 'me');
 
-/** As a browser's recording: WebM, of pictures that come at their own times. */
-function recording(name, videoFilter, soundFilter) {
-  const made = join(scratch, `${name}.webm`);
-  ffmpeg('-i', file, '-vf', videoFilter, '-fps_mode', 'passthrough', '-c:v', 'libvpx', '-deadline', 'realtime', '-b:v', '3M',
-    '-af', soundFilter, '-ac', '1', '-ar', '48000', '-c:a', 'libopus', '-b:a', '128k', made);
-  return readFileSync(made);
-}
+const recording = (name, videoFilter, soundFilter) => recorded(file, join(scratch, `${name}.webm`), videoFilter, soundFilter);
 
 let server = await startStudio(corpus, scratch);
-const promptOf = async (text) => (await ask(server, '/state')).prompts.findIndex((prompt) => prompt.text === text);
 async function say(text, video) {
-  await ask(server, '/take', { prompt: await promptOf(text) }, video);
+  await ask(server, '/take', { prompt: await promptOf(server, text) }, video);
   return judged(server, text);
 }
 const takes = () => readdirSync(join(me, 'takes'));
@@ -127,7 +120,7 @@ const far = own.map((place, i) => Math.hypot(...place.map((value, axis) => value
 assert.ok(far[far.length >> 1] > 1 && far[far.length >> 1] < 60, `half of the vertices are moved by ${far[far.length >> 1]} mm`);
 
 // --- Killed with a recording that was not yet judged: the next session judges it; what was kept is there.
-await ask(server, '/take', { prompt: await promptOf(sentence) }, good);
+await ask(server, '/take', { prompt: await promptOf(server, sentence) }, good);
 await endServer(server, 'SIGKILL');
 assert.deepEqual(takes().filter((name) => !kept.includes(name) && !name.startsWith('.')), []);
 server = await startStudio(corpus, scratch);
@@ -144,7 +137,7 @@ await ask(server, '/make', {}, 'The time is now.');
 await pause(300);
 await ask(server, '/forget-all', {}, '');
 nothingIsLeft();
-await ask(server, '/take', { prompt: await promptOf(sentence) }, good);
+await ask(server, '/take', { prompt: await promptOf(server, sentence) }, good);
 await pause(300);
 await ask(server, '/forget-all', {}, '');
 nothingIsLeft();

@@ -2,6 +2,7 @@
 import { post } from '../serve/api.js';
 
 const kWidest = 640, kPause = 60, kPauseInTake = 250;  // pixels, ms
+const kPausesForALook = 4;  // of a slow machine in a take, which needs its time for the recording
 
 export class Eyes {
   constructor(video, drawing) {
@@ -21,8 +22,9 @@ export class Eyes {
     };
     if (this.video.requestVideoFrameCallback) this.video.requestVideoFrameCallback(count);
     const again = async () => {
+      const began = performance.now();
       await this.look().catch((error) => { this.advice = [error.message]; });
-      setTimeout(again, isTaking() ? kPauseInTake : kPause);
+      setTimeout(again, isTaking() ? Math.max(kPauseInTake, kPausesForALook * (performance.now() - began)) : kPause);
     };
     again();
   }
