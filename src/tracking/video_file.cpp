@@ -132,6 +132,8 @@ std::vector<Seconds> stampsIn(const fs::path& file) {
 
 std::vector<std::string> ffmpegArguments(const fs::path& video, const fs::path& folder, const VideoReading& options,
                                          bool with_sound) {
+  // Browsers' recorders give two images one time now and then: the first stays.
+  const std::string rising = "select='isnan(prev_selected_pts)+gt(pts,prev_selected_pts)',";
   const std::string scale =
       fmt::format("scale=w='iw*sar*min(1,{0}/max(iw*sar,ih))':h='ih*min(1,{0}/max(iw*sar,ih))':flags=area,setsar=1",
                   options.longest_side);
@@ -149,9 +151,10 @@ std::vector<std::string> ffmpegArguments(const fs::path& video, const fs::path& 
   const auto add = [&](const std::vector<std::string>& more) {
     arguments.insert(arguments.end(), more.begin(), more.end());
   };
-  add({"-map", "0:v:0", "-vf", scale});
+  add({"-map", "0:v:0", "-vf", rising + scale});
   add(stamps);
-  add({"-c:v", "ppm", "-f", "image2pipe", (folder / "images").string(), "-map", "0:v:0", "-vf", "scale=16:16"});
+  add({"-c:v", "ppm", "-f", "image2pipe", (folder / "images").string(), "-map", "0:v:0", "-vf",
+       rising + "scale=16:16"});
   add(stamps);
   add({"-f", "framecrc", (folder / "stamps").string()});
   if (with_sound)

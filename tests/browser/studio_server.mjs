@@ -43,8 +43,8 @@ export function ffmpeg(...options) {
 
 /** As a browser's recording of a clip: WebM, of pictures that come at their own times. */
 export function recorded(clip, made, videoFilter, soundFilter) {
-  ffmpeg('-i', clip, '-vf', videoFilter, '-fps_mode', 'passthrough', '-c:v', 'libvpx', '-deadline', 'realtime', '-b:v', '3M',
-    '-af', soundFilter, '-ac', '1', '-ar', '48000', '-c:a', 'libopus', '-b:a', '128k', made);
+  ffmpeg('-i', clip, '-vf', `settb=1/1000000,${videoFilter}`, '-fps_mode', 'passthrough', '-enc_time_base', '1:1000000',
+    '-c:v', 'libvpx', '-deadline', 'realtime', '-b:v', '3M', '-af', soundFilter, '-ac', '1', '-ar', '48000', '-c:a', 'libopus', '-b:a', '128k', made);
   return readFileSync(made);
 }
 
