@@ -309,6 +309,8 @@ class BatchRun {
     record.method = data.animation.method;
     record.warnings = performance.warnings();
     record.notices = performance.notices();
+    const Line& line = lines_[i].line;
+    if (line.text.empty() && !line.audio.empty()) record.heard = data.animation.text;
     record.quality = judgeLine(data.animation, data.actor ? data.actor->closed_lips_mm : 0.0, data.confidence);
     for (const std::string& name : files_[i]) record.files.push_back({name, fs::file_size(options_.out_folder / name)});
   }

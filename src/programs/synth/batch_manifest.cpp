@@ -52,6 +52,7 @@ ordered_json fieldsOf(const LineRecord& record) {
                          {"files", ordered_json::array()},
                          {"hash", record.hash},
                          {"text", record.text},
+                         {"heard", record.heard},
                          {"others", record.others}};
   for (const LineRecord::File& file : record.files)
     fields["files"].push_back({{"name", file.name}, {"bytes", file.bytes}});
@@ -88,6 +89,7 @@ LineRecord recordOf(const JsonField& fields) {
     record.files.push_back({file["name"].text(), static_cast<std::uint64_t>(file["bytes"].whole(0, kMost))});
   record.hash = fields["hash"].text();
   record.text = fields["text"].text(kLongest);
+  if (fields["heard"].exists()) record.heard = fields["heard"].text(kLongest);
   record.others = textsOf(fields["others"]);
   return record;
 }
@@ -166,19 +168,19 @@ std::string manifestJson(const Manifest& manifest) {
 std::string manifestCsv(const Manifest& manifest) {
   std::string csv =
       "id,language,speaker,row,status,doubt,duration_s,method,backoff_share,closures,closures_made,jitter_mm,warnings,"
-      "notices,error,files,hash,text";
+      "notices,error,files,hash,text,heard";
   for (const std::string& name : manifest.other_columns) csv += "," + csvCell(name);
   csv += "\n";
   for (const LineRecord& line : manifest.lines) {
     std::vector<std::string> names;
     for (const LineRecord::File& file : line.files) names.push_back(file.name);
-    csv += fmt::format("{},{},{},{},{},{:.4f},{:.4f},{},{:.4f},{},{},{:.4f},{},{},{},{},{},{}", csvCell(line.id),
+    csv += fmt::format("{},{},{},{},{},{:.4f},{:.4f},{},{:.4f},{},{},{:.4f},{},{},{},{},{},{},{}", csvCell(line.id),
                        csvCell(line.language), csvCell(line.speaker), line.row,
                        kStatusNames[static_cast<std::size_t>(line.status)], line.quality.doubt, line.duration_s,
                        line.method, line.quality.backoff_share, line.quality.closures, line.quality.closures_made,
                        line.quality.jitter_mm, csvCell(joinedTexts(line.warnings, " | ")),
                        csvCell(joinedTexts(line.notices, " | ")), csvCell(line.error), csvCell(joinedTexts(names, " ")),
-                       line.hash, csvCell(line.text));
+                       line.hash, csvCell(line.text), csvCell(line.heard));
     for (const std::string& other : line.others) csv += "," + csvCell(other);
     csv += "\n";
   }

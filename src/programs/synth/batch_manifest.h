@@ -20,6 +20,7 @@ struct LineRecord {
   enum class Status { kMade, kFailed, kUnusable };  ///< unusable: the row of the list
 
   std::string key, id, language, speaker, text;
+  std::string heard;  ///< of a recording without a text in the list: what it says
   std::size_t row = 0;
   Status status = Status::kMade;
   std::string hash;  ///< of its words, files and all settings

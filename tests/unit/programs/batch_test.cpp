@@ -72,6 +72,19 @@ TEST_F(Batch, MakesWhatItCanAndNamesTheRest) {
   EXPECT_FALSE(fs::exists(path("out/manifest.journal"))) << "its work is done";
 }
 
+TEST_F(Batch, TellsWhatWasHeardWhereTheListHasNoWords) {
+  ASSERT_EQ(batch("id,text\na,the time is now\n", "said", {"--format", "wav"}).exit_code, 0);
+  const std::string recordings = "id,audio,text\nalone,said/a.wav,\ntold,said/a.wav,the time is now\n";
+  for (const char* again : {"made", "as it was"}) {
+    ASSERT_EQ(batch(recordings, "out", {"--format", "TextGrid"}).exit_code, 0);
+    const json lines = manifest("out/manifest.json")["lines"];
+    EXPECT_NE(lines[0]["heard"].get<std::string>().find("time is now"), std::string::npos) << again << lines[0];
+    EXPECT_EQ(lines[0]["text"], "") << again;
+    EXPECT_EQ(lines[1]["heard"], "") << again;
+    EXPECT_NE(readAll(path("out/manifest.csv")).find(",heard\n"), std::string::npos) << again;
+  }
+}
+
 TEST_F(Batch, GivesTheSameBytesForAnyNumberOfJobs) {
   const std::string list = listOf(7);
   EXPECT_EQ(batch(list, "one", {"--jobs", "1", "-o", "{id}.json", "-o", "{id}.arkit.csv"}).exit_code, 0);
