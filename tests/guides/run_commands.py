@@ -9,6 +9,7 @@ What a page may hold (CONTRIBUTING.md says it to writers):
   <!-- before: COMMAND -->  makes what the reader has at hand; run, not shown
   <!-- not run: REASON -->  above a block: counted, not run
   <!-- needs: PATH -->      above a block: run where the checkout has PATH, otherwise counted
+  <!-- few: PATH -->        the commands of the page find every fifteenth of the takes in PATH
 Exits with 1 when a command fails, 77 (CTest: skipped) when the sample corpus is not made.
 """
 import argparse
@@ -23,7 +24,8 @@ import textwrap
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = 77
 LONGEST_BLOCK_S = 420
-NOTE = re.compile(r"<!--\s*(before|not run|needs):\s*(.*?)\s*-->", re.S)
+EVERY = 15
+NOTE = re.compile(r"<!--\s*(before|not run|needs|few):\s*(.*?)\s*-->", re.S)
 FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^ *```$", re.M | re.S)
 
 
@@ -41,8 +43,8 @@ def steps_of(text):
     for start, piece in pieces:
         line = text.count("\n", 0, start) + 1
         if piece.re is NOTE:
-            if piece[1] == "before":
-                steps.append(Step(line, "run", piece[2]))
+            if piece[1] in ("before", "few"):
+                steps.append(Step(line, "run" if piece[1] == "before" else "few", piece[2]))
             else:
                 notes.append((piece.end(), piece[1], piece[2]))
             continue
@@ -60,8 +62,24 @@ def steps_of(text):
     return steps, faults
 
 
+def link_folder(source, target, thinned):
+    """Makes `target` hold what `source` does, by links; of the takes in the folders `thinned` every fifteenth."""
+    target.mkdir()
+    names = sorted(source.iterdir())
+    if source in thinned:
+        few = sorted({file.stem for file in names})[::EVERY]
+        names = [file for file in names if file.stem in few]
+    for file in names:
+        if any(folder.is_relative_to(file) for folder in thinned):
+            link_folder(file, target / file.name, thinned)
+        else:
+            (target / file.name).symlink_to(file)
+
+
 def run_page(page, bin_folder):
     steps, faults = steps_of(page.read_text())
+    thinned = [path for step in steps if step.kind == "few" and (path := (ROOT / step.text).resolve()).exists()]
+    steps = [step for step in steps if step.kind != "few"]
     ran = left_out = 0
     with tempfile.TemporaryDirectory(prefix="mouthpiece_guide_") as scratch:
         folder = pathlib.Path(scratch) / "checkout"
@@ -71,7 +89,11 @@ def run_page(page, bin_folder):
             (folder / "build" / name).symlink_to(bin_folder.parent / name)
         for name in ("sample_data", "examples", "blender"):
             (folder / name).symlink_to(ROOT / name)
-        (pathlib.Path(scratch) / "shared").symlink_to(ROOT.parent / "shared")
+        shared = pathlib.Path(scratch) / "shared"
+        if thinned:
+            link_folder((ROOT.parent / "shared").resolve(), shared, thinned)
+        else:
+            shared.symlink_to(ROOT.parent / "shared")
         environment = dict(os.environ, PATH=f"{bin_folder}:{ROOT}/tests/guides:{os.environ['PATH']}", HOME=scratch, XDG_CONFIG_HOME=scratch)
         environment.pop("MOUTHPIECE_CONFIG", None)
         for step in steps:
