@@ -88,8 +88,8 @@ TEST(LanguageDoubt, BelievesWhatIsSaidAndNotAnothersText) {
     const Pronouncer pronouncer(nullptr, language);
     ForcedAligner aligner({}, language);
     const AudioClip sound = makeVoice("espeak:" + tag)->speak(said).audio;
-    right += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(said), "line")).empty() ? 0 : 1;
-    other += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(instead), "line")).empty() ? 0 : 1;
+    right += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(said), "line")).empty() ? 0U : 1U;
+    other += doubtsAbout(aligner.align(sound, pronouncer.wordsOf(instead), "line")).empty() ? 0U : 1U;
   }
   EXPECT_EQ(right, 0U) << "of 7";
   EXPECT_GE(other, 6U) << "of 7";

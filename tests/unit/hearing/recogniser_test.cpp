@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -15,6 +14,7 @@
 
 #include "hearing/recognition/sound_search.h"
 #include "support/error_of.h"
+#include "support/own_process.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -326,18 +326,13 @@ TEST(Recogniser, BelievesWhatItHearsRightlyInSomeNoise) {
 }
 
 /// Words that fit well by themselves, while other phones are heard; phones that fit less well, but as the words do.
-/// eSpeak's library goes on from where its last line left its noise and phases, so that a line sounds the same only in
-/// a process of its own.
 TEST(Recogniser, DoubtsWordsThatLieFarFromThePhones) {
-  GTEST_FLAG_SET(death_test_style, "threadsafe");  // begins anew instead of going on in a copy
   const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
   const auto hearLine = [&](const char* voice, const char* text) {
     const AudioClip line = resampleAudio(makeVoice(voice)->speak(text).audio, 16000);
     return recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line");
   };
-  constexpr int kDoubted = 3;
-  EXPECT_EXIT(std::_Exit(isDoubted(hearLine("espeak:en-gb", "their apartment is on the third floor")) ? kDoubted : 0),
-              testing::ExitedWithCode(kDoubted), "");
+  expectInOwnProcess([&] { return isDoubted(hearLine("espeak:en-gb", "their apartment is on the third floor")); });
   EXPECT_FALSE(isDoubted(hearLine("flite:kal16", "there is something wrong with my phone battery")));
 }
 
