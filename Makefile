@@ -98,7 +98,7 @@ quick: build
 	@tools/setup.sh test lint
 	@tools/quick.sh
 nightly: data
-	@tools/setup.sh nightly bench
+	@tools/setup.sh nightly bench portable
 	@tools/nightly.sh $(PARTS)
 faults load: data
 	@cmake --build build -j $(JOBS) --target faults load_trial

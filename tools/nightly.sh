@@ -1,6 +1,6 @@
 #!/bin/sh
 # All that takes hours. Each part writes build-nightly/PART.log; a table of what passed and how long it took ends it.
-#   tools/nightly.sh [PART...]       dev fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
+#   tools/nightly.sh [PART...]       lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
 # FUZZ_SECONDS (1800) and FUZZ_RUNS (10000000) end a fuzz target, ALLOCATIONS (2000) fail in a case, MUTANTS (300) are
 # tried in each room.
 set -eu
@@ -24,6 +24,8 @@ sanitized() {  # PRESET CTEST-OPTION...
 }
 no_pages='^(browser|blender|farm|package|guides|heads|install|load|faults|golden\.outputs)'
 
+run_lint() { tools/lint.sh; }
+run_portable() { cmake --preset portable && cmake --build build-portable -j "$jobs" && ctest --preset portable; }
 run_dev() { cmake --preset dev && cmake --build build-dev -j "$jobs"; }
 run_fuzz() { FUZZ_RUNS=${FUZZ_RUNS:-10000000} tools/fuzz.sh "${FUZZ_SECONDS:-1800}"; }
 run_asan() { sanitized asan -E "$no_pages"; }
@@ -65,7 +67,7 @@ if [ "${1:-}" = --run ]; then  # in a process of its own, where the first comman
   exit
 fi
 failed=0
-[ $# -gt 0 ] || set -- dev fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
+[ $# -gt 0 ] || set -- lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
 for part in "$@"; do
   start=$(date +%s)
   if tools/nightly.sh --run "$part" >"build-nightly/$part.log" 2>&1; then result=passed; else result=FAILED failed=1; fi
