@@ -85,15 +85,23 @@ TEST(OwnLayout, AMarkerSetInAFileGoesAllTheWay) {
   }
   anchors["markers"] = markers;
   const fs::path anchors_file = folder.write("head.anchors.json", anchors.dump());
-  const fs::path face = folder.path() / "head.face";
+  const fs::path face = folder.path() / "head.face", unheard_file = folder.path() / "unheard.corpus";
+  Corpus unheard = corpus;  // fitted without being judged: nothing would mend it
+  unheard.takes.clear();
+  writeCorpus(unheard_file, unheard);
   const auto fitted =
       runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors_file.string(), "--corpus",
-                              corpus_file.string(), "--out", face.string(), "--json", "--even-if-faulty"});
+                              unheard_file.string(), "--out", face.string(), "--json", "--even-if-faulty"});
   ASSERT_EQ(fitted.exit_code, 1) << "the synthetic actor is an ellipsoid: its warp folds over";
   const json facts = json::parse(fitted.out);
   EXPECT_EQ(facts["markers"], 30);
   EXPECT_EQ(facts["lip_side_errors"], 0);
   // Fold-overs are not judged: the synthetic actor is an ellipsoid.
+  const auto checked = runProgram("retarget", {"check", face.string(), "--corpus", corpus_file.string(), "--json"});
+  ASSERT_EQ(checked.exit_code, 1) << checked.err;
+  const json judged = json::parse(checked.out);
+  EXPECT_EQ(judged["markers"], 30);
+  EXPECT_GT(judged["faults"].size(), facts["faults"].size()) << "seen as it moves: " << checked.out;
 }
 
 /// About 40 of our markers onto a face that was fitted with all 66.
