@@ -7,8 +7,9 @@ cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
 base=${BASE:-$(git merge-base HEAD origin/main 2>/dev/null || git rev-parse HEAD~1)}
 changed=$(git diff --name-only "$base"; git ls-files --others --exclude-standard)
-wings=$(echo "$changed" | sed -nE 's#^src/(base|motion|audio|phonetics|hearing|units|voices|vocal|singing|synthesis|exports|speaker|local_server|tracking|programs)/.*#\1#p
-  s#^(deform|retarget|corpus_tools)/.*#\1#p; s#^tests/unit/([a-z_]+)/.*#\1#p' | sort -u)
+wings=$(echo "$changed" | sed -nE 's#^include/.*#speaker#p; s#^(src/|tests/unit/|)([a-z_]+)/.*#\2#p' | sort -u | while read -r wing; do
+  [ ! -d "tests/unit/$wing" ] || echo "$wing"
+done)
 tests=$(for wing in $wings; do echo "unit_$wing"; done)
 ! echo "$changed" | grep -q '^tests/property/\|^src/units/' || tests="$tests property"
 
