@@ -95,6 +95,7 @@ struct Surface {
 
 struct Lip {
   Surface surface;
+  std::vector<Triangle> near;  ///< of these those that reach no further than lips do
   std::vector<LipPoint> points;
 };
 
@@ -229,14 +230,23 @@ class Sights {
 
   /// The foremost place of a lip in each section; nullopt: it has none.
   using Fronts = std::array<std::optional<Eigen::Vector3d>, kSights>;
-  [[nodiscard]] Fronts fronts(const std::vector<Triangle>& lip) const {
-    Fronts fronts;
-    for (const Triangle& t : lip) {
-      cut(t, [&](std::size_t section, const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
-        std::optional<Eigen::Vector3d>& front = fronts[section];
-        const Eigen::Vector3d& foremost = other.z() > one.z() ? other : one;
-        if (!front || foremost.z() > front->z()) front = foremost;
-      });
+  [[nodiscard]] Fronts fronts(const Lip& lip) const {
+    const auto foremostOf = [&](const std::vector<Triangle>& triangles) {
+      Fronts fronts;
+      for (const Triangle& t : triangles) {
+        cut(t, [&](std::size_t section, const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
+          std::optional<Eigen::Vector3d>& front = fronts[section];
+          const Eigen::Vector3d& foremost = other.z() > one.z() ? other : one;
+          if (!front || foremost.z() > front->z()) front = foremost;
+        });
+      }
+      return fronts;
+    };
+    Fronts fronts = foremostOf(lip.near);
+    if (std::all_of(fronts.begin(), fronts.end(), [](const auto& front) { return front.has_value(); })) return fronts;
+    const Fronts of_large = foremostOf(lip.surface.triangles);
+    for (std::size_t s = 0; s < kSights; ++s) {
+      if (!fronts[s]) fronts[s] = of_large[s];
     }
     return fronts;
   }
@@ -303,11 +313,18 @@ class Chooser {
     along_ = place("LIP_CORNER_L") - from_;
     for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
       const PartKind kind = topology_.kinds()[v];
-      is_near_.push_back((isSkin(kind) || kind == PartKind::kMouthInside) &&
-                         distanceToLine(vertex(v), rim_) < kRegion * control.mouth_width);
+      const bool may_be = isSkin(kind) || kind == PartKind::kMouthInside;
+      const double off = may_be ? distanceToLine(vertex(v), rim_) : std::numeric_limits<double>::infinity();
+      is_near_.push_back(off < kRegion * control.mouth_width);
+      is_at_rims_.push_back(off < lips_);
     }
+    const auto isFar = [&](const Triangle& t) {
+      return std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near_[v]; });
+    };
+    around_ = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
+    std::erase_if(around_, isFar);
     for (const Triangle& t : mesh.triangles) {
-      if (std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near_[v]; })) continue;
+      if (isFar(t)) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         const auto [at, is_new] = ends_.insert(placesOf(t[k], t[(k + 1) % 3]));
         if (!is_new) ends_.erase(at);
@@ -315,18 +332,21 @@ class Chooser {
     }
   }
 
-  /// The triangles of one lip: those off the other one's side.
+  /// The triangles of one lip: those off the other one's side. Large ones at the rims reach far from the mouth.
   [[nodiscard]] Lip lipOff(SideBit other) const {
     Lip lip;
     std::set<std::uint32_t> corners;
-    for (const Triangle& triangle : mesh_.triangles) {
-      const bool is_near = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return is_near_[v]; });
+    for (const Triangle& triangle : around_) {
       const bool is_own = std::any_of(triangle.begin(), triangle.end(),
                                       [&](std::uint32_t v) { return (topology_.forbidden()[v] & other) != 0; });
       double lower = 0;
       for (const std::uint32_t v : triangle) lower += topology_.lowerShare(v) / 3;
-      if (!is_near || !is_own || (lower > 0.5) != (other == kUpperLip)) continue;
+      const bool is_near = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return is_near_[v]; });
+      const bool is_at_rims =
+          std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return is_at_rims_[v]; });
+      if (!(is_near || is_at_rims) || !is_own || (lower > 0.5) != (other == kUpperLip)) continue;
       lip.surface.triangles.push_back(triangle);
+      if (is_near) lip.near.push_back(triangle);
       addPoints(triangle, corners, lip.points);
     }
     lip.surface.settle(mesh_.vertices);
@@ -359,13 +379,7 @@ class Chooser {
   [[nodiscard]] std::pair<Eigen::Vector3d, Eigen::Vector3d> corners() const { return {from_, along_}; }
 
   /// All that may lie before what one sees between the lips: large triangles reach far from them.
-  [[nodiscard]] std::vector<Triangle> aroundLips() const {
-    std::vector<Triangle> around = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
-    std::erase_if(around, [&](const Triangle& t) {
-      return std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_near_[v]; });
-    });
-    return around;
-  }
+  [[nodiscard]] const std::vector<Triangle>& aroundLips() const { return around_; }
 
   /// Of teeth or a tongue those that lips can come to.
   [[nodiscard]] std::vector<Triangle> nearLips(std::vector<Triangle> triangles) const {
@@ -416,8 +430,9 @@ class Chooser {
   double mouth_width_, step_, lips_;
   std::vector<Eigen::Vector3d> rim_;
   Eigen::Vector3d from_, along_;
-  std::vector<bool> is_near_;
-  std::set<EdgePlaces> ends_;  ///< edges near the lips that have one triangle
+  std::vector<bool> is_near_, is_at_rims_;
+  std::vector<Triangle> around_;  ///< skin and the mouth's inside near the lips
+  std::set<EdgePlaces> ends_;     ///< edges near the lips that have one triangle
 };
 
 }  // namespace
@@ -428,7 +443,7 @@ struct LipContactMeter::Data {
   Lip upper, lower;
   std::vector<Triangle> around;
   std::pair<double, double> parted{0, 1};  ///< of Chooser::partedBetween
-  std::array<bool, kColumns> are_one{};    ///< nothing parts there
+  std::array<bool, kColumns> are_one{};    ///< nothing parts in the half of it or more
   Surface teeth, tongue;
 };
 
@@ -445,8 +460,9 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->parted = chooser.partedBetween(data->upper, data->lower);
   const auto [first, last] = data->parted;
   for (std::size_t c = 0; c < kColumns; ++c) {
-    const double begins = 0.25 + 0.5 * asReal(c) / asReal(kColumns), ends = begins + 0.5 / asReal(kColumns);
-    data->are_one[c] = ends <= first || begins >= last;
+    // In a sliver of a column beside a corner there need be no place where lips touch.
+    const double middle = 0.25 + 0.5 * (asReal(c) + 0.5) / asReal(kColumns);
+    data->are_one[c] = middle <= first || middle >= last;
   }
   data->around = chooser.aroundLips();
   data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
@@ -516,9 +532,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   if (std::isfinite(widest)) return contact;
   const Sights sights(vertices, data_->from, data_->along);
-  const std::array<double, kSights> slits =
-      sights.slits(sights.fronts(data_->upper.surface.triangles), sights.fronts(data_->lower.surface.triangles),
-                   kDeepSight * data_->along.norm(), data_->around);
+  const std::array<double, kSights> slits = sights.slits(sights.fronts(data_->upper), sights.fronts(data_->lower),
+                                                         kDeepSight * data_->along.norm(), data_->around);
   for (std::size_t s = 0; s < kSights; ++s) {
     const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
     const double column = std::clamp((way - 0.25) / 0.5 * asReal(kColumns), 0.0, asReal(kColumns) - 0.5);

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "base/files.h"
+#include "base/index.h"
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/surface/virtual_points.h"
@@ -125,9 +126,21 @@ TEST_F(LipContactTest, ATriangleAcrossTheSeamIsOfTheLipThatIsNearer) {
     if (patch >= 0 && file_.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower)
       opened(static_cast<Eigen::Index>(v), 1) -= kApart;
   }
+  // Beyond the place where they hang together, which is nearer to a corner than to the middle, lips are one.
+  const auto across = [&](const char* name) { return file_.control.rest(findPoint(file_.control, name), 0); };
+  const double right = across("LIP_CORNER_R"), width = across("LIP_CORNER_L") - right;
+  const double way = (double{mesh_.vertices(kLower, 0)} - right) / width;
+  const auto isBetween = [&](std::size_t column) {
+    const double middle = 0.25 + 0.05 * (static_cast<double>(column) + 0.5);
+    return way < 0.5 ? middle > way : middle < way;
+  };
   const auto least = [&](const FaceMesh& mesh) {
     const LipContact contact = LipContactMeter(mesh, file_.control).measure(opened);
-    return *std::min_element(contact.gaps.begin(), contact.gaps.end());
+    double least = contact.gap;
+    for (std::size_t c = 0; c < LipContact::kColumns; ++c) {
+      if (isBetween(c)) least = std::min(least, contact.gaps[c]);
+    }
+    return least;
   };
   EXPECT_GT(least(mesh_), 0.5 * double{kApart});
   EXPECT_LT(least(webbed), 0.5 * double{kApart}) << "the upper lip's triangle hangs down to the lower rim";
@@ -282,6 +295,88 @@ TEST_F(LipContactTest, NothingJumpsAsTheMouthOpens) {
     ASSERT_LT((now - before).rowwise().norm().maxCoeff(), 4 * kStep_mm) << opening;
     before = now;
   }
+}
+
+/// A mouth of the fewest triangles where that of `control` is: fronts and backs of both lips reach 20 mm from the rims,
+/// far beyond what a lip's vertices lie within on other heads. The lips are one at all `ways` across but the middle
+/// one, shares of the way from the right corner to the left.
+struct CoarseMouth {
+  FaceMesh mesh;
+  std::uint32_t lower_middle;  ///< the one vertex of the rims that is the lower lip's alone
+};
+CoarseMouth coarseMouth(const ControlMesh& control, const FaceMesh& units_of, const std::array<double, 5>& ways) {
+  const auto point = [&](const char* name) -> Eigen::Vector3d {
+    return control.rest.row(findPoint(control, name)).transpose();
+  };
+  const Eigen::Vector3d right = point("LIP_CORNER_R"), along = point("LIP_CORNER_L") - right;
+  const Eigen::Vector3d middle = 0.5 * (point("RIM_UP_MID") + point("RIM_LO_MID"));
+  constexpr std::size_t kMiddle = 2;
+  std::vector<Eigen::Vector3d> places;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    places.push_back(p);
+    return static_cast<std::uint32_t>(places.size() - 1);
+  };
+  std::array<std::array<std::uint32_t, 5>, 2> front, rim, back;  // of the upper and of the lower lip
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const double bulge = std::max(0.0, 1 - std::abs(2 * ways[i] - 1));
+    const double share = (middle - right).dot(along) / along.squaredNorm();
+    const Eigen::Vector3d p = right + ways[i] * along + bulge * (middle - right - share * along);
+    for (const std::size_t lip : {0U, 1U}) {
+      const double up = lip == 0 ? 1 : -1;
+      front[lip][i] = add(p + Eigen::Vector3d(0, 20 * up, 2));
+      rim[lip][i] = lip == 0 || i == kMiddle ? add(p) : rim[0][i];
+      back[lip][i] = add(p + Eigen::Vector3d(0, 12 * up, -16));
+    }
+  }
+  CoarseMouth mouth;
+  for (const std::size_t lip : {0U, 1U}) {
+    const auto addQuad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+      for (Triangle t : {Triangle{a, b, c}, Triangle{a, c, d}}) {
+        if (lip == 1) std::swap(t[1], t[2]);
+        mouth.mesh.triangles.push_back(t);
+      }
+    };
+    for (std::size_t i = 0; i + 1 < ways.size(); ++i) {
+      addQuad(rim[lip][i], rim[lip][i + 1], front[lip][i + 1], front[lip][i]);
+      addQuad(back[lip][i], back[lip][i + 1], rim[lip][i + 1], rim[lip][i]);
+    }
+  }
+  mouth.mesh.metres_per_unit = units_of.metres_per_unit;
+  mouth.mesh.vertices.resize(signedIndex(places.size()), 3);
+  for (std::size_t v = 0; v < places.size(); ++v)
+    mouth.mesh.vertices.row(signedIndex(v)) = places[v].cast<float>().transpose();
+  MeshPart skin;
+  skin.kind = PartKind::kSkin;
+  skin.triangle_count = mouth.mesh.triangles.size();
+  mouth.mesh.parts.push_back(skin);
+  mouth.lower_middle = rim[1][kMiddle];
+  return mouth;
+}
+
+TEST_F(LipContactTest, LargeTrianglesAreOfALipHoweverFarTheyReach) {
+  const CoarseMouth mouth = coarseMouth(file_.control, mesh_, {-0.5, 0, 0.5, 1, 1.5});
+  const LipContactMeter meter(mouth.mesh, file_.control);
+  for (const float open : {0.0F, 1.0F, 3.0F}) {
+    VertexPositions moved = mouth.mesh.vertices;
+    moved(mouth.lower_middle, 1) -= open;
+    const LipContact contact = meter.measure(moved);
+    EXPECT_NEAR(contact.gap, double{open}, 0.1 + 0.1 * double{open});
+    EXPECT_NEAR(contact.gaps.front(), 0.5 * double{open}, 0.1 + 0.1 * double{open}) << "half way to the corner";
+  }
+}
+
+TEST_F(LipContactTest, LipsNeedNotTouchInASliverBesideAMeshsOwnCorner) {
+  constexpr float kOpen = 3;
+  const auto opened = [&](double corner) {
+    const CoarseMouth mouth = coarseMouth(file_.control, mesh_, {-0.5, 0, 0.5, corner, 1.5});
+    VertexPositions moved = mouth.mesh.vertices;
+    moved(mouth.lower_middle, 1) -= kOpen;
+    return LipContactMeter(mouth.mesh, file_.control).measure(moved);
+  };
+  const LipContact sliver = opened(0.703), most = opened(0.745);  // the last column is from 0.7 to 0.75
+  EXPECT_EQ(sliver.gaps.back(), 0);
+  EXPECT_GT(sliver.gaps[LipContact::kColumns - 2], 0.01);
+  EXPECT_GT(most.gaps.back(), 0.01) << "most of the column parts";
 }
 
 /// The actor's lips touch though the outer markers are further apart than at rest, as they are in captured B P M.
