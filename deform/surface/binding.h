@@ -121,8 +121,8 @@ struct BindingReport {
   std::size_t bound_vertices = 0;   ///< moved by the control surface
   std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
   /// The way over skin and lips, not through the mouth, from the middle of the upper lip's edge to the lower one's,
-  /// over the straight way around the nearer corner of the mouth: about 1 or more where the lips can part, about a half
-  /// where they are one surface.
+  /// over the straight way around the nearest corner of the mouth, the markers' or where the slit between the lips
+  /// ends: about 1 or more where the lips can part, about a half where they are one surface.
   double way_between_lips = 0;
   double coverage = 0;  ///< bound share of the skin vertices in front of what the markers span (their convex hull)
   double largest_offset = 0;  ///< |d|, the mesh's unit

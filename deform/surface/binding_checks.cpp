@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
@@ -39,13 +40,18 @@ double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const 
     return nearest;
   };
   const auto upper = vertexAt("LIP_UP_MID", kUpperLip), lower = vertexAt("LIP_LO_MID", kLowerLip);
-  double around = std::numeric_limits<double>::infinity();
+  std::vector<Eigen::Vector3d> corners;
   for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L"}) {
-    const int corner = findPoint(control, name);
-    if (corner < 0 || !upper || !lower) continue;
-    const Eigen::RowVector3f place = control.rest.row(corner).cast<float>();
-    around = std::min<double>(around,
-                              (mesh.vertices.row(*upper) - place).norm() + (mesh.vertices.row(*lower) - place).norm());
+    if (const int corner = findPoint(control, name); corner >= 0) corners.push_back(control.rest.row(corner));
+  }
+  // A coarse mesh's own lie further in.
+  if (const auto& line = topology.lipLine(); line && line->is_parted)
+    corners.insert(corners.end(), {line->corner_right, line->corner_left});
+  double around = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& corner : corners) {
+    if (!upper || !lower) break;
+    around = std::min(
+        around, (pointAt(mesh.vertices, *upper) - corner).norm() + (pointAt(mesh.vertices, *lower) - corner).norm());
   }
   if (!std::isfinite(around) || around == 0) return std::numeric_limits<double>::infinity();
   // The way through a shallow bag says nothing of lips that are two.

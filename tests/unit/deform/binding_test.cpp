@@ -142,6 +142,23 @@ TEST(Binding, TellsLipsThatAreOneSurface) {
   EXPECT_LT(inspectBinding(sampleBinding(), sewn, sampleControl()).way_between_lips, 0.6);
 }
 
+/// On coarse heads the slit ends further in than the mouth's corners are.
+TEST(Binding, LipsThatPartBetweenCornersFurtherInAreTwo) {
+  const auto across = [](const char* name) { return sampleControl().rest(findPoint(sampleControl(), name), 0); };
+  const double middle = 0.5 * (across("LIP_CORNER_R") + across("LIP_CORNER_L"));
+  const double beyond = 0.25 * (across("LIP_CORNER_L") - across("LIP_CORNER_R"));
+  FaceMesh sewn = sampleFace().mesh;
+  std::map<std::array<float, 3>, std::uint32_t> first;
+  for (Triangle& triangle : sewn.triangles) {
+    for (std::uint32_t& corner : triangle) {
+      const auto place = sewn.vertices.row(static_cast<Eigen::Index>(corner));
+      if (std::abs(double{place.x()} - middle) < beyond) continue;
+      corner = first.try_emplace({place.x(), place.y(), place.z()}, corner).first->second;
+    }
+  }
+  EXPECT_GT(inspectBinding(sampleBinding(), sewn, sampleControl()).way_between_lips, 0.9);
+}
+
 TEST(Binding, OffsetsAreEquationThree) {
   const BezierSurface surface(sampleControl());
   std::size_t checked = 0;
