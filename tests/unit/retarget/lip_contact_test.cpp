@@ -134,7 +134,7 @@ TEST_F(LipContactTest, ATriangleAcrossTheSeamIsOfTheLipThatIsNearer) {
     const double middle = 0.25 + 0.05 * (static_cast<double>(column) + 0.5);
     return way < 0.5 ? middle > way : middle < way;
   };
-  const auto least = [&](const FaceMesh& mesh) {
+  const auto leastGap = [&](const FaceMesh& mesh) {
     const LipContact contact = LipContactMeter(mesh, file_.control).measure(opened);
     double least = contact.gap;
     for (std::size_t c = 0; c < LipContact::kColumns; ++c) {
@@ -142,9 +142,9 @@ TEST_F(LipContactTest, ATriangleAcrossTheSeamIsOfTheLipThatIsNearer) {
     }
     return least;
   };
-  EXPECT_GT(least(mesh_), 0.5 * double{kApart});
-  EXPECT_LT(least(webbed), 0.5 * double{kApart}) << "the upper lip's triangle hangs down to the lower rim";
-  EXPECT_GT(least(webbed), 0.1) << "where they hang together they do not touch";
+  EXPECT_GT(leastGap(mesh_), 0.5 * double{kApart});
+  EXPECT_LT(leastGap(webbed), 0.5 * double{kApart}) << "the upper lip's triangle hangs down to the lower rim";
+  EXPECT_GT(leastGap(webbed), 0.1) << "where they hang together they do not touch";
 }
 
 TEST_F(LipContactTest, TheMeterLooksThroughASlitBesideATouch) {
