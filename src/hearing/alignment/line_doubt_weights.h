@@ -55,10 +55,27 @@ inline constexpr std::array<float, kPhoneCount * kPhoneCount> kHeardElsewhere{
 };
 // clang-format on
 
-/// The logarithm of the odds that a line in such a language is said. match: the mean of its phones' matches; few: one
-/// over the root of their number; score: the decoder's of a frame; noise: noiseOf().
-inline double oddsOfLine(double match, double few, double score, double noise) {
-  return 4.112 + 9.811 * match + 2.677 * few + 0.08914 * score + noise * (5.666 - 8.186 * match + 0.05566 * score);
+/// What tells of a line in such a language.
+struct OtherLineFacts {
+  double match;   ///< mean of its phones' matches
+  double few;     ///< one over the root of their number
+  double score;   ///< the decoder's of a frame
+  double uneven;  ///< standard deviation of the logarithm of their lengths
+  double untold;  ///< seconds of speech in its silences, up to 1
+  double brief;   ///< share of phones of up to 30 ms
+  double noise;   ///< noiseOf()
+};
+
+/// The logarithm of the odds that it is said and not another line of about its length.
+inline double oddsAgainstAnother(const OtherLineFacts& of) {
+  return 17.77 + 7.012 * of.match + 12.07 * of.few + 0.1873 * of.score - 11.60 * of.uneven +
+         of.noise * (1.098 - 5.731 * of.match);
+}
+
+/// The same and not more than it.
+inline double oddsAgainstMore(const OtherLineFacts& of) {
+  return 21.18 - 0.0960 * of.match + 0.1459 * of.score - 12.47 * of.uneven - 6.528 * of.untold + 6.905 * of.brief +
+         of.noise * (-1.938 + 1.911 * of.untold);
 }
 
 }  // namespace mouthpiece
