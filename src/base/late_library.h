@@ -19,7 +19,31 @@ class LateLibrary {
   const char* package_;
 };
 
-/// One of its functions, called as the header declares it; throws as LateLibrary::find does. Thread-safe.
+/// A shared library for as long as this lives. What loads it again finds it as if nobody had called it, unless others
+/// keep it, too.
+class LoadedLibrary {
+ public:
+  /// Throws InputError where it cannot be loaded.
+  LoadedLibrary(const char* file, const char* package);
+  ~LoadedLibrary();
+  LoadedLibrary(const LoadedLibrary&) = delete;
+  LoadedLibrary& operator=(const LoadedLibrary&) = delete;
+
+  /// A function of it, as the header declares it. Throws InputError where it has none of that name.
+  template <typename Signature>
+  [[nodiscard]] Signature* find(const char* function) const {
+    return reinterpret_cast<Signature*>(findAny(function));
+  }
+
+ private:
+  [[nodiscard]] void* findAny(const char* function) const;
+
+  const char* file_;
+  const char* package_;
+  void* library_;
+};
+
+/// One of a late library's functions, called as the header declares it; throws as LateLibrary::find does. Thread-safe.
 template <typename Signature>
 class LateFunction;
 

@@ -17,15 +17,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr LateLibrary kEspeak("libespeak-ng.so.1", "libespeak-ng1");
-// They hide those of the same names that a program would be linked to.
-constinit LateFunction<decltype(::espeak_Initialize)> espeak_Initialize(kEspeak, "espeak_Initialize");
-constinit LateFunction<decltype(::espeak_ListVoices)> espeak_ListVoices(kEspeak, "espeak_ListVoices");
-constinit LateFunction<decltype(::espeak_SetSynthCallback)> espeak_SetSynthCallback(kEspeak, "espeak_SetSynthCallback");
-constinit LateFunction<decltype(::espeak_SetVoiceByName)> espeak_SetVoiceByName(kEspeak, "espeak_SetVoiceByName");
-constinit LateFunction<decltype(::espeak_Synth)> espeak_Synth(kEspeak, "espeak_Synth");
-constinit LateFunction<decltype(::espeak_TextToPhonemes)> espeak_TextToPhonemes(kEspeak, "espeak_TextToPhonemes");
-
 constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
 
 /// The library speaks one text at a time for the whole program.
@@ -101,17 +92,35 @@ int recordSpeech(short* samples, int count, espeak_EVENT* events) {
   return 0;
 }
 
-/// Starts the library once; its sample rate, or 0 when its data are missing.
-int startEspeak() {
-  static const int rate = [] {
-    const int found =
-        espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr,
-                          espeakINITIALIZE_PHONEME_EVENTS | espeakINITIALIZE_PHONEME_IPA | espeakINITIALIZE_DONT_EXIT);
-    espeak_SetSynthCallback(&recordSpeech);
-    return found;
-  }();
-  return rate;
-}
+/// The library as it is when nobody has called it yet: what it says goes on from where its last line left its noise,
+/// its phases and even its pace (eSpeak NG 1.51). There is one at a time.
+class FreshEspeak {
+ public:
+  FreshEspeak() { set_callback_(&recordSpeech); }
+  ~FreshEspeak() {
+    if (rate_hz > 0) terminate_();
+  }
+  FreshEspeak(const FreshEspeak&) = delete;
+  FreshEspeak& operator=(const FreshEspeak&) = delete;
+
+ private:
+  LoadedLibrary library_{"libespeak-ng.so.1", "libespeak-ng1"};
+  decltype(&::espeak_SetSynthCallback) set_callback_ =
+      library_.find<decltype(::espeak_SetSynthCallback)>("espeak_SetSynthCallback");
+  decltype(&::espeak_Terminate) terminate_ = library_.find<decltype(::espeak_Terminate)>("espeak_Terminate");
+
+ public:
+  decltype(&::espeak_ListVoices) const list = library_.find<decltype(::espeak_ListVoices)>("espeak_ListVoices");
+  decltype(&::espeak_SetVoiceByName) const set_voice =
+      library_.find<decltype(::espeak_SetVoiceByName)>("espeak_SetVoiceByName");
+  decltype(&::espeak_Synth) const say = library_.find<decltype(::espeak_Synth)>("espeak_Synth");
+  decltype(&::espeak_TextToPhonemes) const transcribe =
+      library_.find<decltype(::espeak_TextToPhonemes)>("espeak_TextToPhonemes");
+  /// Of its sound; 0 or less when its data are missing.
+  const int rate_hz = library_.find<decltype(::espeak_Initialize)>("espeak_Initialize")(
+      AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr,
+      espeakINITIALIZE_PHONEME_EVENTS | espeakINITIALIZE_PHONEME_IPA | espeakINITIALIZE_DONT_EXIT);
+};
 
 /// A voice's languages follow each other: a byte of priority, the name, a zero; a zero ends the list.
 bool speaks(const espeak_VOICE& voice, std::string_view language) {
@@ -122,12 +131,12 @@ bool speaks(const espeak_VOICE& voice, std::string_view language) {
 }
 
 /// The library has one voice at a time, and dies when it is asked to speak without one.
-void chooseVoice(std::string_view voice) {
-  if (startEspeak() <= 0)
+void chooseVoice(const FreshEspeak& espeak, std::string_view voice) {
+  if (espeak.rate_hz <= 0)
     throw InputError("espeak", "", "cannot find its voices (sudo apt-get install espeak-ng-data)");
-  if (espeak_SetVoiceByName(std::string(voice).c_str()) == EE_OK) return;
-  for (const espeak_VOICE** known = espeak_ListVoices(nullptr); *known != nullptr; ++known) {
-    if (speaks(**known, voice) && espeak_SetVoiceByName((*known)->identifier) == EE_OK) return;
+  if (espeak.set_voice(std::string(voice).c_str()) == EE_OK) return;
+  for (const espeak_VOICE** known = espeak.list(nullptr); *known != nullptr; ++known) {
+    if (speaks(**known, voice) && espeak.set_voice((*known)->identifier) == EE_OK) return;
   }
   throw InputError(
       "espeak", "",
@@ -135,11 +144,11 @@ void chooseVoice(std::string_view voice) {
 }
 
 /// eSpeak transcribes clause by clause.
-std::vector<std::string> transcriptionsOf(const std::string& text) {
+std::vector<std::string> transcriptionsOf(const FreshEspeak& espeak, const std::string& text) {
   std::vector<std::string> clauses;
   const void* rest = text.c_str();
   while (rest != nullptr) {
-    const char* clause = espeak_TextToPhonemes(&rest, espeakCHARS_UTF8, kIpaTranscription);
+    const char* clause = espeak.transcribe(&rest, espeakCHARS_UTF8, kIpaTranscription);
     if (clause == nullptr) break;
     clauses.emplace_back(clause);
   }
@@ -170,13 +179,14 @@ std::vector<std::string> charactersOf(std::string_view text) {
 
 EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence, std::string_view written) {
   const std::scoped_lock lock(espeakLock());
-  chooseVoice(voice);
+  const FreshEspeak espeak;
+  chooseVoice(espeak, voice);
   EspeakRecording recording{.speech = {}, .text = sentence, .places = characterPlaces(sentence)};
-  recording.speech.sample_rate_hz = startEspeak();
+  recording.speech.sample_rate_hz = espeak.rate_hz;
   const espeak_ERROR error =
-      espeak_Synth(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
+      espeak.say(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
   if (error != EE_OK) throw InputError("espeak", "", fmt::format("could not say '{}'", printable(sentence)));
-  recording.speech.transcriptions = transcriptionsOf(sentence);
+  recording.speech.transcriptions = transcriptionsOf(espeak, sentence);
   if (!written.empty()) {
     std::vector<std::string> shown = charactersOf(written);
     if (shown.size() == recording.speech.words.size()) recording.speech.words = std::move(shown);
@@ -186,15 +196,17 @@ EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence
 
 void expectEspeakVoice(std::string_view voice) {
   const std::scoped_lock lock(espeakLock());
-  chooseVoice(voice);
+  const FreshEspeak espeak;
+  chooseVoice(espeak, voice);
 }
 
 const std::vector<EspeakLanguage>& espeakLanguages() {
   static const std::vector<EspeakLanguage> kAll = [] {
     const std::scoped_lock lock(espeakLock());
+    const FreshEspeak espeak;
     std::vector<EspeakLanguage> all;
-    if (startEspeak() <= 0) return all;
-    for (const espeak_VOICE** voice = espeak_ListVoices(nullptr); *voice != nullptr; ++voice) {
+    if (espeak.rate_hz <= 0) return all;
+    for (const espeak_VOICE** voice = espeak.list(nullptr); *voice != nullptr; ++voice) {
       if ((*voice)->languages == nullptr || *(*voice)->languages == '\0') continue;
       const std::string tag = (*voice)->languages + 1;
       const bool is_variant = std::string_view((*voice)->identifier).starts_with("mb/");

@@ -87,6 +87,15 @@ TEST(EspeakVoice, SpeaksWithLabelsOnTheSoundsClock) {
   EXPECT_EQ(namesOf(voice->speak("the time is now").labels), namesOf(line.labels));
 }
 
+TEST(EspeakVoice, SaysALineAlikeWhateverWasSaidBefore) {
+  const auto say = [] { return makeVoice("espeak:en-gb")->speak("there is something wrong with my phone"); };
+  const SpokenLine first = say();
+  makeVoice("espeak:de")->speak("Guten Morgen liebe Leute");
+  const SpokenLine again = say();
+  EXPECT_EQ(again.audio.samples.size(), first.audio.samples.size());
+  EXPECT_EQ(again.audio.samples, first.audio.samples);
+}
+
 TEST(EspeakVoice, JoinsSentencesAndReadsNumbers) {
   const SpokenLine line = makeVoice("espeak:en-us")->speak("It is 42. Is it half past ten?");
   EXPECT_NO_THROW(expectConsistent(line.labels));
