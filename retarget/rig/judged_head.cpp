@@ -288,7 +288,7 @@ void JudgedHead::lookAtMarkersAround(const VertexPositions& now, const FaceMotio
   for (const Outside& outside : outside_) {
     const Vector3f way = now.row(outside.vertex) - mesh_.vertices.row(outside.vertex);
     if (mm_ * double{way.norm()} <= std::min(seen.off_markers.value, kTearsFrom * most)) continue;
-    Eigen::AlignedBox3f ways(Vector3f(Vector3f::Zero()));
+    Eigen::AlignedBox3f ways{Vector3f(Vector3f::Zero())};
     for (const int point : outside.around) ways.extend(Vector3f(points.row(point).cast<float>()));
     const double off_mm = mm_ * double{ways.exteriorDistance(way)};
     seen.off_markers.take(off_mm, outside.vertex);
