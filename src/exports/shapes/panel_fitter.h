@@ -11,8 +11,8 @@
 
 namespace mouthpiece {
 
-/// Of the tolerance: what sampled vertices are fitted to. Measured on the default face: at 0.7 under one vertex in 200
-/// is left for the second round.
+/// Of the tolerance: what sampled vertices are fitted to. Measured on the default face: at 0.7 of 500 sampled vertices
+/// under one vertex in 200 is left for the second round.
 inline constexpr float kSampleShare = 0.85F;
 /// Vertices whose residuals are held at a time.
 inline constexpr std::size_t kRefinedAtOnce = 400;

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::MatrixXf;
 
-constexpr Eigen::Index kSampledVertices = 500;
+constexpr Eigen::Index kSampledVertices = 250;
 
 /// Displacements of evenly spread vertices that move, frames x (3 * count).
 MatrixXf sampledDisplacements(const Fit& fit) {

@@ -29,6 +29,31 @@ bool isZero(std::string_view bytes) {
   return bytes.empty() || (bytes[0] == 0 && bytes.substr(1) == bytes.substr(0, bytes.size() - 1));
 }
 
+/// Of one column the lowest plane, the others each `numbers` bytes behind the one before, and which frames were not
+/// seen.
+struct PackedColumn {
+  const char* planes;
+  std::size_t numbers;
+  const char* unseen;
+};
+
+/// Positions of a column whose planes from kUsed on are empty; one `stride` floats behind the other.
+template <std::size_t kUsed>
+void unpackColumn(const PackedColumn& column, std::size_t frames, Eigen::Index stride, float* to) {
+  // Sums modulo 2^64 are right modulo 2^40, too, which the last shifts leave.
+  constexpr int kAbove = 64 - 8 * static_cast<int>(kPlanes);
+  std::uint64_t position = 0, difference = 0;
+  for (std::size_t frame = 0; frame < frames; ++frame, to += stride) {
+    std::uint64_t number = 0;
+    for (std::size_t plane = 0; plane < kUsed; ++plane)
+      number |= std::uint64_t{static_cast<unsigned char>(column.planes[plane * column.numbers + frame])} << (8 * plane);
+    difference += unfolded(number);
+    position += difference;
+    const std::int64_t step = static_cast<std::int64_t>(position << kAbove) >> kAbove;
+    *to = column.unseen[frame] != 0 ? std::numeric_limits<float>::quiet_NaN() : asFloat(asReal(step) * kPackedStepMm);
+  }
+}
+
 }  // namespace
 
 std::optional<std::string> packedPositions(const FloatMatrix& positions) {
@@ -63,30 +88,19 @@ std::optional<FloatMatrix> unpackedPositions(std::string_view packed, std::size_
   if (!bytes) return std::nullopt;
   const char* const planes = bytes->data() + frames * markers;
   FloatMatrix positions(signedIndex(frames), columns);
-  std::vector<std::uint64_t> folded_differences(frames);
   for (Eigen::Index column = 0; column < columns; ++column) {
     const std::size_t start = unsignedIndex(column) * frames;
-    const auto add = [&](std::size_t plane) {
-      const auto* bytes_of_plane = reinterpret_cast<const unsigned char*>(planes + plane * numbers + start);
-      for (std::size_t frame = 0; frame < frames; ++frame)
-        folded_differences[frame] |= std::uint64_t{bytes_of_plane[frame]} << (8 * plane);
-    };
-    std::fill(folded_differences.begin(), folded_differences.end(), 0);
-    add(0);
     // The upper planes of what moves slowly are empty.
-    for (std::size_t plane = 1; plane < kPlanes; ++plane) {
-      if (!isZero({planes + plane * numbers + start, frames})) add(plane);
-    }
-    const char* const unseen = bytes->data() + unsignedIndex(column) / 3 * frames;
-    // Sums modulo 2^64 are right modulo 2^40, too, which the last shifts leave.
-    std::uint64_t position = 0, difference = 0;
-    float* to = positions.data() + column;
-    for (std::size_t frame = 0; frame < frames; ++frame, to += columns) {
-      difference += unfolded(folded_differences[frame]);
-      position += difference;
-      constexpr int kAbove = 64 - 8 * static_cast<int>(kPlanes);
-      const std::int64_t step = static_cast<std::int64_t>(position << kAbove) >> kAbove;
-      *to = unseen[frame] != 0 ? std::numeric_limits<float>::quiet_NaN() : asFloat(asReal(step) * kPackedStepMm);
+    std::size_t used = kPlanes;
+    while (used > 1 && isZero({planes + (used - 1) * numbers + start, frames})) --used;
+    const PackedColumn packed_column{planes + start, numbers, bytes->data() + unsignedIndex(column) / 3 * frames};
+    float* const to = positions.data() + column;
+    if (used == 1) {
+      unpackColumn<1>(packed_column, frames, columns, to);
+    } else if (used == 2) {
+      unpackColumn<2>(packed_column, frames, columns, to);
+    } else {
+      unpackColumn<kPlanes>(packed_column, frames, columns, to);
     }
   }
   return positions;
