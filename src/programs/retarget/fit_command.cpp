@@ -115,7 +115,8 @@ int runFit(const FitArguments& given) {
 }
 
 void addOptions(CLI::App& command, FitArguments& options) {
-  command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
+  command.add_option("MESH,--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")
+      ->required();
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--anchors", options.anchors,

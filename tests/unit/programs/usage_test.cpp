@@ -279,6 +279,7 @@ TEST_F(BadInput, OfRetarget) {
   }
   // Without --corpus it is the sample corpus.
   expectBadInput({"retarget", {"fit", "--mesh", missing("m.obj"), "--out", out("a.face")}}, "m.obj: no such file");
+  expectBadInput({"retarget", {"fit", missing("m.obj"), "--out", out("a.face")}}, "m.obj: no such file");
   for (const char* name : {"talk.avi", "talk.json"})
     expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--out", out(name)}}, name);
   expectBadInput(
