@@ -31,6 +31,8 @@ constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: n
 constexpr double kLayerAbove = 0.05;  ///< the skin that the surface is laid along is no further before it
 constexpr double kTornAt = 0.05, kTornTimes = 3;  ///< ends of an edge hang no further apart than this and so many edges
 constexpr double kDetour = 0.05;                  ///< a place further off than this has to be about the nearest of all
+/// Rims of lips so near to the surface lie on it, whichever way they face, if what is bound is so far along the mesh.
+constexpr double kOnSurface = 0.02, kFarAlong = 0.06;
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
 constexpr double kTurnsAtEnd = 0.1;   ///< where the surface ends, what is nearer to its place turns with it
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
@@ -259,16 +261,27 @@ class Binder {
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       if (fates_[v] == Fate::kOpen && mayBind(kinds_[v])) sides.insert(forbidden_[v]);
     }
-    const std::vector<Fate> before = fates_;
+    std::vector<Fate> before = fates_;
     for (const std::uint32_t forbidden : sides) {
       std::vector<std::uint32_t> seeds;
       for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
         const bool is_bound = before[v] == Fate::kBound && (sidesOfPatch(v) & forbidden) == 0;
         if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
       }
-      const auto reach = topology_.reachFrom(
-          seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); },
-          options_.longest_edge * control_.mouth_width);
+      const auto reachIt = [&](double longest_edge) {
+        return topology_.reachFrom(
+            seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); },
+            longest_edge * control_.mouth_width);
+      };
+      HeadTopology::Reach reach = reachIt(std::numeric_limits<double>::infinity());
+      const std::size_t seeds_before = seeds.size();
+      for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+        if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || !bindRimWhereItLies(v, reach.distance[v]))
+          continue;
+        before[v] = Fate::kBound;
+        seeds.push_back(v);
+      }
+      if (seeds.size() > seeds_before || std::isfinite(options_.longest_edge)) reach = reachIt(options_.longest_edge);
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
@@ -278,6 +291,19 @@ class Binder {
       }
     }
     smoothPlaces(before);
+  }
+
+  /// Binds a vertex where it lies if it is of a coarse lip's rim and all that is bound is further off than that, by
+  /// `along` on the mesh: the nearest may be beside the mouth's corner, and a lip that hangs there does not close.
+  bool bindRimWhereItLies(std::uint32_t v, double along) {
+    const double width = control_.mouth_width;
+    if ((forbidden_[v] & (kUpperLip | kLowerLip)) == 0 || !isSkin(kinds_[v]) || pieces_[v] != face_piece_ ||
+        along < kFarAlong * width || distanceToLine(vertex(v), lip_line_) > kOnSurface * width)
+      return false;
+    const auto foot = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, forbidden_[v]);
+    if (!foot || foot->distance > kOnSurface * width) return false;
+    place(v, foot->place, 1);
+    return true;
   }
 
   /// Two neighbours behind the lips may follow vertices that are centimetres apart, one beside the mouth's corner, one
@@ -535,6 +561,7 @@ class Binder {
   BezierSurface surface_;
   std::vector<std::uint32_t> triangle_sides_;
   SurfaceProjector projector_;
+  std::vector<Eigen::Vector3d> lip_line_ = openingsOf(control_).lip_line;
   std::uint32_t face_piece_ = 0;
   std::vector<Fate> fates_;
   FaceBinding binding_;

@@ -128,6 +128,36 @@ TEST(Binding, MotionFadesOverLongEdgesAsIfTheyWereShort) {
   EXPECT_EQ(sampleControl().sideOf(static_cast<std::size_t>(near.patch[first])), LipSide::kUpper);
 }
 
+/// A vertex of a coarse lip's rim that faces backwards, and hangs on the mesh by the skin beside the mouth's corner
+/// only.
+TEST(Binding, RimsOfCoarseLipsHangWhereTheyLie) {
+  FaceMesh mesh = sampleFace().mesh;
+  const auto nearestRim = [&](const char* name) {
+    const Eigen::RowVector3f place = sampleControl().rest.row(findPoint(sampleControl(), name)).cast<float>();
+    std::uint32_t nearest = 0;
+    for (std::uint32_t v = 0; v < sampleFace().skin_vertices; ++v) {
+      const auto off = [&](std::uint32_t of) { return (mesh.vertices.row(of) - place).norm(); };
+      if (sampleFace().is_above_slit[v] && off(v) < off(nearest)) nearest = v;
+    }
+    return nearest;
+  };
+  const std::uint32_t beside = nearestRim("RIM_UP_OUT_R"), above = nearestRim("LIP_UP_OUT_R");
+  ASSERT_NE(beside, above);
+  const auto rim = static_cast<std::uint32_t>(mesh.vertexCount());
+  mesh.vertices.conservativeResize(signedIndex(rim) + 1, Eigen::NoChange);
+  mesh.vertices.row(rim) = sampleControl().rest.row(findPoint(sampleControl(), "RIM_UP_MID")).cast<float>();
+  mesh.parts.push_back(
+      {.name = "rim", .kind = PartKind::kSkin, .first_triangle = mesh.triangles.size(), .triangle_count = 1});
+  mesh.triangles.push_back({beside, above, rim});
+  ASSERT_LT(vertexNormals(mesh.vertices, {mesh.triangles.back()})(rim, 2), 0) << "faces backwards";
+  const FaceBinding binding = bindFace(mesh, sampleControl());
+  ASSERT_GE(binding.patch[rim], 0);
+  EXPECT_EQ(binding.skin_weight[rim], 1);
+  EXPECT_EQ(sampleControl().sideOf(static_cast<std::size_t>(binding.patch[rim])), LipSide::kUpper);
+  const SurfacePoint place = evaluate(BezierSurface(sampleControl()).restPose(), binding.placeOf(rim));
+  EXPECT_LT((place.position - pointAt(mesh.vertices, rim)).norm(), 0.02 * sampleControl().mouth_width);
+}
+
 TEST(Binding, TellsLipsThatAreOneSurface) {
   EXPECT_GT(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).way_between_lips, 1);
   // The slit sewn up: of vertices in one place all triangles take the first.
