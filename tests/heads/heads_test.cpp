@@ -255,12 +255,13 @@ class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // come out between the lips, 833 since no skin between the lips is one's, 84, 406, 801
 // and 832 since nothing in each other is asked there either, nor of lips' backs, 456 since coarse rims hang on what is
 // an edge away, 295 since no vertex may go three times as far as any marker does, 985 since the surface is measured
-// along the skin, 1149 since large triangles are a lip's, too. Every third for everybody, all of them each night.
+// along the skin, 1149 since large triangles are a lip's, too, 748, 964 and 1090 since coarse rims hang where they lie.
+// Every third for everybody, all of them each night.
 std::vector<unsigned> seedsThatPass() {
-  const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,   7,   8,   9,   10,  11,  12,  13,  14,  15,  16,
-                                  17,  18,  19,  20,  21,  22,  23,  25,  29,  31,  35,  47,  55,  60,  71,  88,
-                                  92,  93,  95,  101, 127, 137, 153, 171, 191, 194, 244, 207, 106, 313, 394, 607,
-                                  658, 632, 666, 114, 615, 449, 833, 84,  406, 801, 832, 456, 295, 985, 1149};
+  const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,   7,   8,   9,   10,  11,  12,   13,  14,  15,  16,  17,
+                                  18,  19,  20,  21,  22,  23,  25,  29,  31,  35,  47,  55,   60,  71,  88,  92,  93,
+                                  95,  101, 127, 137, 153, 171, 191, 194, 244, 207, 106, 313,  394, 607, 658, 632, 666,
+                                  114, 615, 449, 833, 84,  406, 801, 832, 456, 295, 985, 1149, 748, 964, 1090};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
   for (std::size_t i = 0; i < all.size(); i += 3) some.push_back(all[i]);
@@ -287,7 +288,8 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
 
 /// Heads as a game's artist makes them: a mouth-wide edge that grows a little, a fold of coarse skin, and triangles
 /// that join the lips at a corner and reach to the middle, where they would seem to touch; 330: sheets with a hole
-/// behind them that pass each other by a little; 555: a slit that ends before the mouth's corners.
+/// behind them that pass each other by a little; 318: rims an edge from all that faces forwards; 555: a slit that ends
+/// before the mouth's corners.
 class CoarseHeads : public ::testing::TestWithParam<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, CoarseHeads, ::testing::Values(6U, 38U, 312U, 318U, 330U, 555U));
 
