@@ -57,6 +57,8 @@ FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path
   const std::string file = path.string();
   if (isGlb(path)) return parseGlb(bytes, file, object);
   if (!object.empty()) throw InputError(file, "", "holds no scene to choose an object of; expected a GLB");
+  if (extension == ".obj" || extension == ".ply" || extension == ".off")
+    expectText(bytes, file, fmt::format("a {}, as its name says", extension));
   if (extension == ".obj") return parseObj(bytes, file);
   if (extension == ".ply") return parsePly(bytes, file);
   if (extension == ".off") return parseOff(bytes, file);

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "base/json_text.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/mesh_files.h"
 #include "deform/mesh/part_kind.h"
 #include "retarget/rig/stored_mesh.h"
@@ -144,6 +145,15 @@ json controlToJson(const ControlMesh& control) {
           {"rest_slopes", blobOf(control.rest_slopes)}};
 }
 
+/// A face begins with its blobs, which are no longer than a file is, or as older ones do with a map.
+void expectFace(std::string_view bytes, const std::string& file) {
+  const int first = bytes.empty() ? -1 : static_cast<std::uint8_t>(bytes.front());
+  if (bytes.starts_with(std::string_view("[\0", 2)) || (first >= 0xA0 && first < 0xC0)) return;
+  std::string_view kind = kindOfNoText(bytes);
+  if (kind.empty()) kind = first == '{' ? "JSON, as a head's anchors are" : first < 0 ? "empty" : "no face";
+  throw InputError(file, "", fmt::format("is {}; expected what `retarget fit` makes of a head and its anchors", kind));
+}
+
 }  // namespace
 
 std::string_view nameOf(RbfKernel kernel) { return kKernelNames[static_cast<std::size_t>(kernel)]; }
@@ -155,6 +165,7 @@ std::optional<RbfKernel> kernelFromName(std::string_view name) {
 }
 
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
+  expectFace(bytes, file);
   const JsonField root = parseCbor(bytes, file, "a face, as `retarget fit` writes it");
   if (root["format"].text() != kFormatName) root["format"].fail("is no face file; expected what `retarget fit` writes");
   const std::int64_t version = root["version"].whole(0, 1'000'000);

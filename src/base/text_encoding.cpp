@@ -117,6 +117,7 @@ std::string_view kindOfNoText(std::string_view bytes) {
                              {"\xD0\xCF\x11\xE0"sv, "a file of an older Office"},
                              {"SQLite format 3\0"sv, "a corpus or another database"},
                              {"[\0\0\0\0"sv, "a face, as `retarget fit` makes them"},
+                             {"\2P"sv, "a motion capture (C3D)"},
                              {"glTF?\0"sv, "a head (GLB)"},
                              {"Kaydara FBX Binary"sv, "a scene (FBX)"}};
   for (const auto& [begin, kind] : kSigns) {

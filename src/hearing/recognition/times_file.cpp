@@ -27,15 +27,26 @@ std::string_view wholeFirstLine(std::string_view text) {
 }
 std::string_view firstLine(std::string_view text) { return trimmed(wholeFirstLine(text)); }
 
-/// "name channel start duration label".
-bool isCtm(std::string_view line) {
-  std::vector<std::string> fields;
+std::vector<std::string_view> fieldsOf(std::string_view line) {
+  std::vector<std::string_view> fields;
   for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
     const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    fields.emplace_back(line.substr(at, end - at));
+    fields.push_back(line.substr(at, end - at));
     at = end;
   }
+  return fields;
+}
+
+/// "name channel start duration label".
+bool isCtm(std::string_view line) {
+  const auto fields = fieldsOf(line);
   return fields.size() >= 5 && parseNumber(fields[2]) && parseNumber(fields[3]);
+}
+
+/// "start end phone", as .lab and .phn files have it.
+bool isLabel(std::string_view line) {
+  const auto fields = fieldsOf(line);
+  return fields.size() == 3 && parseNumber(fields[0]) && parseNumber(fields[1]);
 }
 
 bool isTsv(std::string_view line) {
@@ -191,6 +202,8 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
     if (std::optional<TimesFile> phones = parsePhoneCtm(text, name, language)) return std::move(*phones);
     return parseWordCtm(text, name);
   }
+  if (isLabel(first))
+    throw InputError(name, "1", "holds labels; expected words with their times (--phones takes labels)");
   throw InputError(
       name, "1",
       fmt::format(

@@ -372,6 +372,14 @@ std::optional<Phone> phoneOfPolly(const JsonField& value) {
   value.refuse("one of Amazon Polly's visemes");
 }
 
+/// Ours: its words have notes in place of times.
+bool isWrittenSong(const JsonField& root) {
+  if (!root["words"].isList()) return false;
+  const std::vector<JsonField> words = root["words"].list();
+  return std::any_of(words.begin(), words.end(),
+                     [](const JsonField& word) { return word.isObject() && word["notes"].exists(); });
+}
+
 }  // namespace
 
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language) {
@@ -404,6 +412,7 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (root["transcription"].exists()) return parseWhisperCpp(root, name);
   if (root["chunks"].exists()) return parseTransformers(root, name);
   if (root["result"].exists()) return parseVosk(root, name);
+  if (isWrittenSong(root)) root.fail("is a written song; expected words with their times (--song sings it)");
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
       "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments, "

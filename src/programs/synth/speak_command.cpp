@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/errors.h"
@@ -102,6 +103,16 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   });
 }
 
+/// What is text and yet nothing to say, with the option that takes it; empty for plain text.
+std::string_view kindOfNoPlainText(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
+  if ((text.starts_with('{') || text.starts_with('[')) && nlohmann::json::accept(text))
+    return "JSON; expected plain text (--song takes a written song)";
+  if (text.starts_with("<?xml")) return "XML; expected plain text (--song takes MusicXML)";
+  if (text.starts_with("File type = \"oo")) return "a TextGrid; expected plain text (--phones takes labels)";
+  return {};
+}
+
 std::string textOf(const std::filesystem::path& file) {
   const bool is_input = file == "-";
   std::ifstream stream(is_input ? "/dev/stdin" : file, std::ios::binary);
@@ -113,6 +124,8 @@ std::string textOf(const std::filesystem::path& file) {
   expectText(text, file.string(), "plain text");
   if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) text = decodeText(text, file.string());  // UTF-16
+  if (const std::string_view kind = kindOfNoPlainText(text); !kind.empty())
+    throw InputError(file.string(), "", fmt::format("is {}", kind));
   const std::size_t arrow = text.find(" --> ");
   if (arrow != std::string::npos && arrow > 0 && text[arrow - 1] >= '0' && text[arrow - 1] <= '9') {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(arrow), '\n');

@@ -12,6 +12,7 @@
 #include <unordered_set>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "motion/position_limits.h"
 #include "units/file/corpus_tables.h"
 #include "units/file/packed_rows.h"
@@ -44,7 +45,11 @@ std::uint32_t checkHeader(const fs::path& path) {
   stream.read(reinterpret_cast<char*>(header.data()), header.size());
   constexpr std::string_view kMagic{"SQLite format 3\0", 16};
   if (!stream || std::memcmp(header.data(), kMagic.data(), kMagic.size()) != 0) {
-    throw InputError(file, "", "is no corpus database; expected a file made by `corpus build`");
+    const std::string_view kind =
+        kindOfNoText({reinterpret_cast<const char*>(header.data()), unsignedIndex(stream.gcount())});
+    throw InputError(
+        file, "",
+        fmt::format("is {}; expected a file made by `corpus build`", kind.empty() ? "no corpus database" : kind));
   }
   if (bigEndian32(header, 68) != kCorpusApplicationId) {
     throw InputError(file, "", "is an SQLite database but no corpus; expected a file made by `corpus build`");

@@ -50,9 +50,10 @@ TEST(TextEncoding, TellsWhatIsNoText) {
   EXPECT_EQ(kindOfNoText("MThd\0\0\0\6"s), "a song (MIDI)");
   EXPECT_EQ(kindOfNoText("\x89PNG\r\n\x1A\n"), "a picture (PNG)");
   EXPECT_EQ(kindOfNoText("glTF\2\0\0\0"s), "a head (GLB)");
+  EXPECT_EQ(kindOfNoText("\2P\0\0"s), "a motion capture (C3D)");
   EXPECT_EQ(kindOfNoText("SQLite format 3\0"s), "a corpus or another database");
   EXPECT_EQ(errorOf([] { decodeText("%PDF-1.4\n", "a.pdf"); }), "a.pdf: is a PDF; expected text");
-  for (const char* text : {"", "R", "RIFF raff is a word", "ID3 tags", "The ftyp box", "GIF87 is old", "PK",
+  for (const char* text : {"", "R", "RIFF raff is a word", "ID3 tags", "The ftyp box", "GIF87 is old", "PK", "\2", "2P",
                            "[0,0,0,0]", "MThd", "\xFF\xFEh", "%PDF"})
     EXPECT_EQ(kindOfNoText(text), "") << text;
 }

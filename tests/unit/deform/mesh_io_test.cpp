@@ -124,6 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
                "a.obj:4: found '0' as a vertex index; expected a whole number other than 0"},
         BadObj{"v 0 0 0\nf 1 1 99999999999999999999\n",
                "a.obj:2: found '99999999999999999999' as a vertex index; expected a whole number other than 0"},
+        BadObj{"RIFF1234WAVEfmt ", "a.obj: is a sound (WAV); expected a .obj, as its name says"},
         BadObj{"v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj:3: found a face with 2 corners; expected at least 3"},
         BadObj{"v 0 0 0\nvt 0 0\nf 1/1 1/2 1/1\n", "a.obj:3: found texture index 2; expected 1 to 1"},
         BadObj{"v 0 0 0 2 0 0\n", "a.obj:1: found a colour outside 0 to 1"},

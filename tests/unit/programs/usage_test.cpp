@@ -1,10 +1,12 @@
 // The command lines of the three programs, tried on the programs themselves: help, wrong usage (2), bad input (1, one
 // line that names the file).
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
 #include <sstream>
+#include <tuple>
 
 #include "support/run_program.h"
 
@@ -402,6 +404,21 @@ TEST_F(BadInput, OfAnotherKind) {
   expectBadInput({"synth", {"--audio", corpus, "--out", out("line")}}, "a.corpus: is a corpus or another database");
 }
 
+/// Text that is nothing to say is not spoken.
+TEST_F(BadInput, OfTextThatIsNotPlain) {
+  for (const auto& [text, kind] :
+       {std::pair("\n{\"words\": []}\n", "is JSON; expected plain text (--song takes a written song)"),
+        std::pair("<?xml version=\"1.0\"?>\n<score-partwise/>", "is XML; expected plain text (--song takes MusicXML)"),
+        std::pair("File type = \"ooTextFile\"\n", "is a TextGrid; expected plain text (--phones takes labels)")}) {
+    const std::string file = folder_.write("line.txt", text).string();
+    expectBadInput({"synth", {"--text-file", file, "--out", out("line")}}, std::string("line.txt: ") + kind);
+  }
+  const std::string aside = folder_.write("line.txt", "[aside] {well}").string();
+  const ProgramResult said =
+      runProgram("synth", {"--text-file", aside, "-o", (folder_.path() / "said.TextGrid").string()});
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+}
+
 TEST_F(BadInput, OfSynth) {
   const auto speak = [&](Arguments arguments) {
     arguments.insert(arguments.end(), {"--out", out("line")});
@@ -410,7 +427,13 @@ TEST_F(BadInput, OfSynth) {
   expectBadInput(speak({"--text-file", missing("line.txt")}), "line.txt");
   expectBadInput(speak({"--audio", "a.wav", "--lyrics", missing("song.txt")}), "song.txt");
   expectBadInput(speak({"--audio", "a.wav", "--transcript-file", folder_.write("none.txt", "").string()}), "none.txt");
-  expectBadInput(speak({"--text", "now", "--face", folder_.write("clicks.json", "{}").string()}), "no valid CBOR");
+  for (const auto& [name, bytes, kind] :
+       {std::tuple("clicks.json", R"({"markers": {"NOSE_TIP": 3}})", "JSON, as a head's anchors are"),
+        std::tuple("a.wav", "RIFF1234WAVEfmt ", "a sound (WAV)"), std::tuple("none.face", "", "empty"),
+        std::tuple("a.csv", "time_s,NOSE_TIP.x\n", "no face")}) {
+    expectBadInput(speak({"--text", "now", "--face", folder_.write(name, bytes).string()}),
+                   fmt::format("{}: is {}; expected what `retarget fit` makes of a head and its anchors", name, kind));
+  }
   expectBadInput(speak({"--text", "now", "--face", folder_.write("head.OBJ", "v 0 0 0\n").string()}),
                  "is a head, no face yet; expected what `retarget fit` makes of it");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.avi")}}, "talk.avi");

@@ -108,6 +108,8 @@ TEST_F(CorpusFile, WhatIsNoCorpusIsNamed) {
   EXPECT_EQ(complaint(), path_.string() + ": no such file");
   writeBytes("the time is now\n");
   EXPECT_EQ(complaint(), path_.string() + ": is no corpus database; expected a file made by `corpus build`");
+  writeBytes(std::string("RIFF\x24\0\0\0WAVEfmt ", 16));
+  EXPECT_EQ(complaint(), path_.string() + ": is a sound (WAV); expected a file made by `corpus build`");
   writeBytes("");
   EXPECT_NE(complaint().find("is no corpus database"), std::string::npos);
   fs::remove(path_);
