@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -14,16 +15,37 @@
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 
+// There where a program is built with a leak sanitizer.
+extern "C" {
+[[gnu::weak]] void __lsan_disable();  // NOLINT(bugprone-reserved-identifier)
+[[gnu::weak]] void __lsan_enable();   // NOLINT(bugprone-reserved-identifier)
+}
+
 namespace mouthpiece {
 namespace {
 
 constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
 
-/// The library speaks one text at a time for the whole program.
-std::mutex& espeakLock() {
-  static std::mutex lock;
-  return lock;
-}
+/// The library speaks one text at a time for the whole program. It loses its list of voices whenever it is unloaded
+/// (eSpeak NG 1.51), and a leak sanitizer cannot tell whose that was: it looks away.
+class EspeakLock {
+ public:
+  EspeakLock() : lock_(mutex()) {
+    if (__lsan_disable != nullptr) __lsan_disable();
+  }
+  ~EspeakLock() {
+    if (__lsan_enable != nullptr) __lsan_enable();
+  }
+  EspeakLock(const EspeakLock&) = delete;
+  EspeakLock& operator=(const EspeakLock&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  std::scoped_lock<std::mutex> lock_;
+};
 
 /// What one utterance makes while it is spoken.
 struct EspeakRecording {
@@ -143,6 +165,29 @@ void chooseVoice(const FreshEspeak& espeak, std::string_view voice) {
       fmt::format("has no voice {}; expected one of its data (sudo apt-get install espeak-ng-data)", printable(voice)));
 }
 
+/// A voice that was looked for is mostly about to speak: the library that it was found in, which has said nothing yet,
+/// waits here for its first sentence.
+struct WaitingEspeak {
+  std::string voice;
+  std::unique_ptr<FreshEspeak> espeak;
+};
+
+/// Under an EspeakLock alone.
+WaitingEspeak& waitingEspeak() {
+  static WaitingEspeak waiting;
+  return waiting;
+}
+
+/// Speaks with `voice`, and with that alone: the choice of another leaves its traces, too.
+std::unique_ptr<FreshEspeak> freshEspeakOf(std::string_view voice) {
+  WaitingEspeak waiting = std::exchange(waitingEspeak(), {});
+  if (waiting.espeak != nullptr && waiting.voice == voice) return std::move(waiting.espeak);
+  waiting.espeak.reset();
+  auto espeak = std::make_unique<FreshEspeak>();
+  chooseVoice(*espeak, voice);
+  return espeak;
+}
+
 /// eSpeak transcribes clause by clause.
 std::vector<std::string> transcriptionsOf(const FreshEspeak& espeak, const std::string& text) {
   std::vector<std::string> clauses;
@@ -178,15 +223,14 @@ std::vector<std::string> charactersOf(std::string_view text) {
 }  // namespace
 
 EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence, std::string_view written) {
-  const std::scoped_lock lock(espeakLock());
-  const FreshEspeak espeak;
-  chooseVoice(espeak, voice);
+  const EspeakLock lock;
+  const std::unique_ptr<const FreshEspeak> espeak = freshEspeakOf(voice);
   EspeakRecording recording{.speech = {}, .text = sentence, .places = characterPlaces(sentence)};
-  recording.speech.sample_rate_hz = espeak.rate_hz;
+  recording.speech.sample_rate_hz = espeak->rate_hz;
   const espeak_ERROR error =
-      espeak.say(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
+      espeak->say(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
   if (error != EE_OK) throw InputError("espeak", "", fmt::format("could not say '{}'", printable(sentence)));
-  recording.speech.transcriptions = transcriptionsOf(espeak, sentence);
+  recording.speech.transcriptions = transcriptionsOf(*espeak, sentence);
   if (!written.empty()) {
     std::vector<std::string> shown = charactersOf(written);
     if (shown.size() == recording.speech.words.size()) recording.speech.words = std::move(shown);
@@ -195,14 +239,15 @@ EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence
 }
 
 void expectEspeakVoice(std::string_view voice) {
-  const std::scoped_lock lock(espeakLock());
-  const FreshEspeak espeak;
-  chooseVoice(espeak, voice);
+  const EspeakLock lock;
+  auto espeak = freshEspeakOf(voice);
+  waitingEspeak() = {std::string(voice), std::move(espeak)};
 }
 
 const std::vector<EspeakLanguage>& espeakLanguages() {
   static const std::vector<EspeakLanguage> kAll = [] {
-    const std::scoped_lock lock(espeakLock());
+    const EspeakLock lock;
+    waitingEspeak() = {};
     const FreshEspeak espeak;
     std::vector<EspeakLanguage> all;
     if (espeak.rate_hz <= 0) return all;

@@ -1,3 +1,5 @@
+#include <link.h>
+
 #include <cmath>
 #include <tuple>
 
@@ -94,6 +96,40 @@ TEST(EspeakVoice, SaysALineAlikeWhateverWasSaidBefore) {
   const SpokenLine again = say();
   EXPECT_EQ(again.audio.samples.size(), first.audio.samples.size());
   EXPECT_EQ(again.audio.samples, first.audio.samples);
+}
+
+/// How many shared libraries this program has loaded so far.
+unsigned long long librariesLoaded() {
+  unsigned long long count = 0;
+  const auto visit = [](dl_phdr_info* info, std::size_t, void* found) {
+    *static_cast<unsigned long long*>(found) = info->dlpi_adds;
+    return 1;
+  };
+  dl_iterate_phdr(visit, &count);
+  return count;
+}
+
+TEST(EspeakVoice, LoadsItsLibraryOnceForALine) {
+  const auto voice = makeVoice("espeak:en-us");
+  voice->speak("one");
+  const auto before = librariesLoaded();
+  const SpokenLine next = voice->speak("two");
+  const auto of_a_sentence = librariesLoaded() - before;
+  EXPECT_GT(of_a_sentence, 0U) << "each sentence has a library of its own";
+  const SpokenLine alone = makeVoice("espeak:en-us")->speak("two");
+  EXPECT_EQ(librariesLoaded() - before, 2 * of_a_sentence);
+  EXPECT_EQ(alone.audio.samples, next.audio.samples);
+}
+
+/// The voice that was looked for is not the one that speaks next, or two were looked for.
+TEST(EspeakVoice, SaysALineAlikeWhateverVoiceWasMadeBefore) {
+  const SpokenLine first = makeVoice("espeak:en-gb")->speak("there is something wrong with my phone");
+  const auto british = makeVoice("espeak:en-gb");
+  const auto german = makeVoice("espeak:de");
+  EXPECT_EQ(british->speak("there is something wrong with my phone").audio.samples, first.audio.samples);
+  german->speak("Guten Morgen");
+  makeVoice("espeak:de");
+  EXPECT_EQ(british->speak("there is something wrong with my phone").audio.samples, first.audio.samples);
 }
 
 TEST(EspeakVoice, JoinsSentencesAndReadsNumbers) {
