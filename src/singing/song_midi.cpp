@@ -183,8 +183,9 @@ class MidiReader {
 
   std::vector<TimedNote> withWords(const Track& melody, const std::map<Tick, std::string>& words) const {
     const bool by_blanks = std::any_of(words.begin(), words.end(), [](const auto& word) {
+      if (word.second.size() < 2) return false;  // of text in UTF-16 its mark alone leaves nothing
       const char first = word.second.front();
-      return word.second.size() > 1 && (first == ' ' || first == '/' || first == '\\' || word.second.back() == ' ');
+      return first == ' ' || first == '/' || first == '\\' || word.second.back() == ' ';
     });
     std::vector<TimedNote> notes;
     bool joins_next = false, ends_word = true;

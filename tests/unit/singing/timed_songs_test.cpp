@@ -115,6 +115,7 @@ TEST(MidiSong, RefusesWhatItCannotSing) {
     EXPECT_THROW(parseMidi(whole.substr(0, size), "cut.mid"), InputError) << size;
   EXPECT_THROW(parseMidi(Midi().note(60, 480).bytes(), "mute.mid"), InputError);
   EXPECT_THROW(parseMidi(Midi().word("one").bytes(), "still.mid"), InputError);
+  EXPECT_THROW(parseMidi(Midi().word("\xFE\xFF").note(60, 480).bytes(), "empty.mid"), InputError);
   std::string film = whole;
   film[12] = '\xE7';
   EXPECT_THROW(parseMidi(film, "film.mid"), InputError);
