@@ -269,7 +269,7 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   model.root["scene"] = 0;
   if (head != nullptr && std::ssize(head->rotations) == shapes.frameCount() && model.root.contains("animations"))
     model.addHead(head->rotations, head->pivot_m);
-  model.root["meshes"] = {std::move(face)};
+  model.root["meshes"] = nlohmann::json::array({std::move(face)});
   return std::move(model).toBytes();
 }
 
