@@ -202,8 +202,7 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
     if (std::optional<TimesFile> phones = parsePhoneCtm(text, name, language)) return std::move(*phones);
     return parseWordCtm(text, name);
   }
-  if (isLabel(first))
-    throw InputError(name, "1", "holds labels; expected words with their times (--phones takes labels)");
+  if (isLabel(first)) throw InputError(name, "1", "holds labels of phones; expected words with their times");
   throw InputError(
       name, "1",
       fmt::format(

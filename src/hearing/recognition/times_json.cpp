@@ -412,7 +412,7 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (root["transcription"].exists()) return parseWhisperCpp(root, name);
   if (root["chunks"].exists()) return parseTransformers(root, name);
   if (root["result"].exists()) return parseVosk(root, name);
-  if (isWrittenSong(root)) root.fail("is a written song; expected words with their times (--song sings it)");
+  if (isWrittenSong(root)) root.fail("is a written song; expected words with their times");
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
       "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments, "

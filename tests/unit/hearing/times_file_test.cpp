@@ -295,9 +295,9 @@ TEST(TimesFile, BadTimesAreNamedWithTheirPlace) {
   EXPECT_NE(error(whisper("\"soon\"", "0.7")).find("segments[0].words[1].start"), std::string::npos);
   EXPECT_NE(error(R"({"segments": [{"words": [{"word": "a", "end": 1}]}]})").find("is missing"), std::string::npos);
   EXPECT_EQ(error(R"({"words": [{"rest": 1}, {"word": "a", "notes": [{"pitch": "C3", "beats": 1}]}]})"),
-            "x.json: is a written song; expected words with their times (--song sings it)");
+            "x.json: is a written song; expected words with their times");
   EXPECT_EQ(error("0 2500000 sil\n2500000 5000000 dh\n"),
-            "x.json:1: holds labels; expected words with their times (--phones takes labels)");
+            "x.json:1: holds labels of phones; expected words with their times");
   EXPECT_NE(errorOf([] { parseTimes("", "x"); }).find("is empty"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("hello there\n", "x"); }).find("expected JSON of Whisper"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("{\"a\": 1}", "x"); }).find("has no words"), std::string::npos);
