@@ -9,7 +9,7 @@ build_packages="build-essential cmake ninja-build pkg-config ca-certificates \
   libopenmesh-dev libcgal-dev libboost-dev libhwy-dev libtinygltf-dev libmeshoptimizer-dev libdraco-dev libsndfile1-dev libflac-dev libdeflate-dev zlib1g-dev libaubio-dev libfftw3-dev libpugixml-dev libcpp-httplib-dev \
   libpocketsphinx-dev pocketsphinx-en-us flite1-dev libespeak-ng-dev espeak-ng-data libicu-dev festival festvox-us-slt-hts festvox-kallpc16k \
   libxnnpack-dev libpthreadpool-dev ffmpeg python3"
-test_packages="libgtest-dev libtinyobjloader-dev locales chromium blender python3-numpy python3-yaml praat slurm-wlm munge debootstrap"
+test_packages="libgtest-dev libtinyobjloader-dev locales chromium blender python3-numpy python3-yaml praat slurm-wlm munge debootstrap mecab open-jtalk-mecab-naist-jdic"
 bench_packages="libbenchmark-dev"
 lint_packages="clang clang-format clang-tidy libclang-rt-dev"
 nightly_packages="$test_packages $lint_packages valgrind gcovr"
