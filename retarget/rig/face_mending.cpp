@@ -27,6 +27,7 @@ constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, 
 constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long at most, so that some are within that
 constexpr float kHangsOtherwise = 0.01F;  ///< a difference of weights on the surface from which on it matters
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
+constexpr double kSameOverlapMm = 0.02;
 constexpr std::size_t kTornAlone = 3;  ///< so many faces whose lips meet as they should are relaxed further
 constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
@@ -99,15 +100,17 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that still do not
-  // meet rightly are brought to it by their surfaces; coarse ones are levelled, and where that brings them into each
-  // other levelled harder and held apart. Last, skin is relaxed as coarse.
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that do not soon
+  // meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not, either, they are pressed
+  // on, levelled without surfaces that meet, and where that brings them into each other levelled harder and held apart.
+  // Last, skin is relaxed as coarse.
   struct Way {
     bool holds_rims;
     std::optional<LipLevelling::Options> levels = {};
     bool holds_apart = false;
     bool meets = false;
     bool is_coarse = false;
+    std::size_t pressed_rounds = kRounds;  ///< lips that still do not meet rightly then are left to the next way
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
   const auto addTorn = [&](const FaceJudgement& found, std::set<std::uint32_t>& torn) {
@@ -121,11 +124,12 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
   std::vector<Tried> torn_alone;
   bool meets_wrongly = meetWrongly(first);  // or what relaxing and pressing bring about
-  for (const Way& way : {Way{true},
-                         {false},
+  for (const Way& way : {Way{.holds_rims = true, .pressed_rounds = 2},
                          {true, {}, false, true},
                          {false, {}, false, true},
                          {true, LipLevelling::Options{}, false, true},
+                         {true},
+                         {false},
                          {true, LipLevelling::Options{}},
                          {true, kLevelledHarder, true},
                          {true, {}, false, false, true}}) {
@@ -168,7 +172,13 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
       if (isTornAlone(last)) torn_alone.push_back({binding, torn, last});
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
       const bool only_lips = std::all_of(last.faults.begin(), last.faults.end(), isOfLips);
-      if (was_well || !canBeMended(last) || (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better))) break;
+      if (was_well || !canBeMended(last) || (round + 1 >= way.pressed_rounds && meetWrongly(last)) ||
+          (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better)))
+        break;
+      // Where relaxing changes nothing of lips that meet, what they leave open is pressed together at once.
+      const bool is_same = last.touching == before.touching &&
+                           std::abs(last.lips_overlap_mm - before.lips_overlap_mm) < kSameOverlapMm;
+      if (way.meets && only_lips && is_same && round > 0) round = std::max(round, kRelaxedWithin.size() - 1);
     }
     if (isWhole(judged)) break;
   }
