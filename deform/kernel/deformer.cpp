@@ -103,10 +103,10 @@ struct FaceDeformer::Data {
   std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
   VertexPositions rest;
 
-  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
+  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, double tucked, std::vector<std::uint32_t> tongue_vertices)
       : control(control_mesh),
         jaw(control_mesh),
-        tuck(mesh, control_mesh),
+        tuck(mesh, control_mesh, tucked),
         tongue(mesh, std::move(tongue_vertices)),
         rest(mesh.vertices) {}
 
@@ -354,7 +354,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   for (std::uint32_t i = 0; i < kinds.size(); ++i) {
     if (kinds[i] == PartKind::kTongue) tongue.push_back(i);
   }
-  auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
+  auto data = std::make_unique<Data>(mesh, control, double{binding.tuck}, std::move(tongue));
   if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
   data->takeSurface(surface);

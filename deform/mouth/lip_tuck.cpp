@@ -89,7 +89,7 @@ void LipTuck::takeSkin(const ControlMesh& control) {
   }
 }
 
-LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
+LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control, double share)
     : pairs_(lipPairs(control)), mouth_width_(control.mouth_width) {
   const std::vector<Eigen::Vector3d> teeth = pointsOf(mesh, PartKind::kUpperTeeth),
                                      lower_teeth = pointsOf(mesh, PartKind::kLowerTeeth);
@@ -115,7 +115,7 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
     place.z() = std::max(place.z(), std::min(lower.z(), leastDepth(lower_teeth, place, mouth_width_)));
     places_.push_back(place);
     const double way = std::abs(0.5 * (upper.x() + lower.x()) - middle) / half;
-    target.share = 1 - smoothStep((way - kWhole) / kFades);
+    target.share = share * (1 - smoothStep((way - kWhole) / kFades));
     targets_.push_back(target);
   }
   takeSkin(control);

@@ -17,8 +17,8 @@ class LipTuck {
  public:
   static constexpr double kRaised = 0.04, kTuckedUp = 0.03, kTuckedBehind = 0.12;
 
-  /// `mesh` stands upright.
-  LipTuck(const FaceMesh& mesh, const ControlMesh& control);
+  /// `mesh` stands upright. `share`: of all these ways, FaceBinding::tuck.
+  LipTuck(const FaceMesh& mesh, const ControlMesh& control, double share);
 
   /// Moves rims, outer markers and those of the chin near them by as much as LipGap::tuck says, and continuously with
   /// it. `gaps`: of lipPairs(), or none; `points`: leadingPoints().

@@ -52,6 +52,7 @@ struct FaceBinding {
     bool operator==(const Levelled&) const = default;
   } levelled = {};
   bool meets = false;  ///< whether the lips are brought to meet by their surfaces in every pose (LipMeeting)
+  float tuck = 1;  ///< share of the way that the lips go in F and V (LipTuck), [0, 1]: thick ones have no room for all
 
   bool operator==(const FaceBinding&) const = default;
 

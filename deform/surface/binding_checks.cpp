@@ -105,6 +105,8 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
       fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
   }
   checkRelaxed(binding.relaxed, count, fail);
+  if (!(binding.tuck >= 0 && binding.tuck <= 1))
+    fail(fmt::format("found lips that are tucked by {} of their way; expected 0 to 1", binding.tuck));
   if (!binding.pressed.empty() && binding.pressed.size() != kLipColumns)
     fail(fmt::format("found {} columns of lips; expected {}", binding.pressed.size(), kLipColumns));
   for (const float pressed : binding.pressed) {

@@ -60,7 +60,8 @@ FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>&
           relaxedOf(binding.relaxed, from, to),
           binding.pressed,
           levelledOf(binding.levelled, from),
-          binding.meets};
+          binding.meets,
+          binding.tuck};
 }
 
 }  // namespace

@@ -106,6 +106,7 @@ FaceBinding bindingOf(const JsonField& field) {
   if (field["carried"].exists()) binding.carried = field["carried"].blob<std::uint32_t>();
   if (field["pressed"].exists()) binding.pressed = field["pressed"].blob<float>();
   if (field["meets"].exists()) binding.meets = field["meets"].flag();
+  if (field["tuck"].exists()) binding.tuck = asFloat(field["tuck"].number());
   if (const JsonField levelled = field["levelled"]; levelled.exists())
     binding.levelled = {levelled["vertices"].blob<std::uint32_t>(), levelled["ways"].blob<float>()};
   if (const JsonField relaxed = field["relaxed"]; relaxed.exists()) {
@@ -251,6 +252,7 @@ std::string faceFileToBytes(const FaceFile& face) {
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
   if (face.binding.meets) tree["binding"]["meets"] = true;
+  if (face.binding.tuck < 1) tree["binding"]["tuck"] = face.binding.tuck;
   if (const FaceBinding::Levelled& levelled = face.binding.levelled; !levelled.vertices.empty())
     tree["binding"]["levelled"] = {{"vertices", blobOf(levelled.vertices)}, {"ways", blobOf(levelled.ways)}};
   if (const FaceBinding::Relaxed& relaxed = face.binding.relaxed; !relaxed.vertices.empty()) {

@@ -28,8 +28,9 @@ constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long
 constexpr float kHangsOtherwise = 0.01F;  ///< a difference of weights on the surface from which on it matters
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
 constexpr double kSameOverlapMm = 0.02;
-constexpr std::size_t kTornAlone = 3;  ///< so many faces whose lips meet as they should are relaxed further
-constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips is left to mend
+constexpr std::array kTuckedLess{0.75F, 0.5F};  ///< FaceBinding::tuck, one after the other
+constexpr std::size_t kTornAlone = 3;           ///< so many faces whose lips meet as they should are relaxed further
+constexpr std::size_t kRounds = 8;              ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
@@ -41,6 +42,13 @@ bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || faul
 /// Closures that stay open are seen, too, where they are few enough to be no fault.
 bool meetWrongly(const FaceJudgement& found) {
   return found.touching < found.closures || std::any_of(found.faults.begin(), found.faults.end(), isOfLips);
+}
+
+/// Lips get into each other, the worst of all in an F or V.
+bool isTuckedTooFar(const FaceJudgement& found, const JudgedPoses& poses) {
+  return std::any_of(found.faults.begin(), found.faults.end(), [&](const FaceFault& fault) {
+    return fault.limit == "lips in each other" && fault.pose && poses.lips[*fault.pose].tuck > 0;
+  });
 }
 
 bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
@@ -101,9 +109,9 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
   const FaceFile given = face;
   const FaceJudgement first = judged;
   // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that do not soon
-  // meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not, either, they are pressed
-  // on, levelled without surfaces that meet, and where that brings them into each other levelled harder and held apart.
-  // Last, skin is relaxed as coarse.
+  // meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not, either, they are
+  // pressed on, levelled without surfaces that meet, and where that brings them into each other levelled harder and
+  // held apart. Last, skin is relaxed as coarse.
   struct Way {
     bool holds_rims;
     std::optional<LipLevelling::Options> levels = {};
@@ -176,8 +184,8 @@ FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& s
           (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better)))
         break;
       // Where relaxing changes nothing of lips that meet, what they leave open is pressed together at once.
-      const bool is_same = last.touching == before.touching &&
-                           std::abs(last.lips_overlap_mm - before.lips_overlap_mm) < kSameOverlapMm;
+      const bool is_same =
+          last.touching == before.touching && std::abs(last.lips_overlap_mm - before.lips_overlap_mm) < kSameOverlapMm;
       if (way.meets && only_lips && is_same && round > 0) round = std::max(round, kRelaxedWithin.size() - 1);
     }
     if (isWhole(judged)) break;
@@ -247,6 +255,18 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   auto [mended, found] = mend(rig, given, std::move(judged));
   take(std::move(mended), std::move(found));
   if (judged.faults.empty() || !canBeMended(judged)) return judged;
+  for (const float tuck : kTuckedLess) {
+    if (!isTuckedTooFar(judged, poses)) break;
+    FaceFile less = given;
+    less.binding.tuck = tuck;
+    const FaceRig less_rig = FaceRig::of(less, given_mesh, rig.name());
+    FaceJudgement found_less = judgeFace(less_rig, less, poses, actor);
+    if (isTuckedTooFar(found_less, poses)) continue;
+    auto [again, found_again] = mend(less_rig, less, std::move(found_less));
+    if (!found_again.faults.empty()) continue;
+    take(std::move(again), std::move(found_again));
+    return judged;
+  }
   // The rims and corners of coarse lips may hang on nothing, too far along the mesh from all that is bound.
   bound.longest_edge = kCoarseEdge;
   FaceFile anew = given;

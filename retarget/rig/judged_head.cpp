@@ -54,7 +54,7 @@ JudgedHead::JudgedHead(const FaceRig& rig, const FaceFile& face)
       mesh_(welding_.isNothing() ? rig.mesh() : welding_.mesh),
       meter_(mesh_, face.control, kSampleShare),
       at_rest_(meter_.measure(mesh_.vertices)),
-      tuck_(mesh_, face.control) {
+      tuck_(mesh_, face.control, double{face.binding.tuck}) {
   findMoving();
   findEdges();
   findTriangles();

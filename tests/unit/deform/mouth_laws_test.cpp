@@ -226,7 +226,7 @@ class Tucks : public ::testing::TestWithParam<unsigned> {
   [[nodiscard]] MarkerPositions tucked(const MarkerPositions& points, double tuck) const {
     MarkerPositions moved = points;
     const std::vector<LipGap> gaps(lipPairs(sampleControl()).size(), {.opened = 0, .least = 0, .tuck = tuck});
-    LipTuck(mesh_, sampleControl()).apply(gaps, moved);
+    LipTuck(mesh_, sampleControl(), 1).apply(gaps, moved);
     return moved;
   }
 

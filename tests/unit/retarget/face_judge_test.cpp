@@ -162,6 +162,29 @@ TEST_F(FaceJudgeTest, LipsThatArePressedComeCloser) {
       << "what presses them too far is moved apart";
 }
 
+TEST_F(FaceJudgeTest, LipsAreTuckedByTheFacesShare) {
+  JudgedPoses poses = opening();
+  const std::size_t row = poses.rows.size() / 2;
+  const auto lowerLipIn = [&](float tuck, double share) {
+    for (LipPose& lips : poses.lips) lips.tuck = tuck;
+    FaceFile face = file_;
+    face.binding.tuck = asFloat(share);
+    const FaceFile read = parseFaceFile(faceFileToBytes(face), "tucked.face");
+    EXPECT_EQ(read.binding.tuck, face.binding.tuck);
+    const FaceRig rig = FaceRig::of(read, mesh_, "tucked.face");
+    VertexPositions moved;
+    rig.deform(rig.retarget(poses.motion, nullptr, poses.lips).pose(FrameIndex{row}), poses.tongue[row], moved);
+    return moved;
+  };
+  const VertexPositions untucked = lowerLipIn(0, 1), whole = lowerLipIn(1, 1);
+  const float way = (whole - untucked).rowwise().norm().maxCoeff();
+  EXPECT_GT(way, 0.02F * asFloat(file_.control.mouth_width));
+  EXPECT_LT((lowerLipIn(1, 0.5) - lowerLipIn(0.5F, 1)).rowwise().norm().maxCoeff(), 0.02F * way);
+  FaceFile wrong = file_;
+  wrong.binding.tuck = -1;
+  EXPECT_THROW(parseFaceFile(faceFileToBytes(wrong), "wrong.face"), InputError);
+}
+
 TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
   const JudgedPoses poses = opening();
   const FaceRig rig = FaceRig::of(file_, mesh_, "default.face");
