@@ -169,7 +169,7 @@ TEST_F(KeptFace, JawAndTuck) {
   KeptNumbers kept("jaw and tuck");
   std::mt19937 random(15);
   const JawHinge jaw(made().control);
-  const LipTuck tuck(made().face.mesh, made().control);
+  const LipTuck tuck(made().face.mesh, made().control, 1);
   kept.add(jaw.pivot()).add(tuck.places());
   for (const double open_mm : kOpen_mm) {
     MarkerPositions points = controlPoints(made().control, pose(open_mm, random));
