@@ -182,7 +182,7 @@ TEST_F(FaceJudgeTest, LipsAreTuckedByTheFacesShare) {
   EXPECT_LT((lowerLipIn(1, 0.5) - lowerLipIn(0.5F, 1)).rowwise().norm().maxCoeff(), 0.02F * way);
   FaceFile wrong = file_;
   wrong.binding.tuck = -1;
-  EXPECT_THROW(parseFaceFile(faceFileToBytes(wrong), "wrong.face"), InputError);
+  EXPECT_THROW(FaceRig::of(wrong, mesh_, "wrong.face"), InputError);
 }
 
 TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
