@@ -25,7 +25,6 @@ constexpr double kMostPressed = 0.03;  ///< lips are pressed together by no more
 constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
 constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long at most, so that some are within that
-constexpr float kHangsOtherwise = 0.01F;  ///< a difference of weights on the surface from which on it matters
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
 constexpr double kSameOverlapMm = 0.02;
 constexpr std::array kTuckedLess{0.75F, 0.5F};  ///< FaceBinding::tuck, one after the other
@@ -272,14 +271,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   FaceFile anew = given;
   anew.binding = bindFace(*mesh, given.control, bound);
   if (is_sewn) anew.binding = givenBinding(anew.binding, welding);
-  // All of that again is worth its time only where rims, or skin that tears, go along more or less than before.
-  std::vector<bool> matters = rimsOf(*given_mesh, given.control);
-  for (const std::uint32_t v : judged.torn) matters[v] = true;
-  std::size_t v = 0;
-  while (v < matters.size() &&
-         !(matters[v] && std::abs(anew.binding.skin_weight[v] - given.binding.skin_weight[v]) > kHangsOtherwise))
-    ++v;
-  if (v == matters.size()) return judged;
+  if (anew.binding == given.binding) return judged;
   const FaceRig anew_rig = FaceRig::of(anew, given_mesh, rig.name());
   auto [again, found_again] = mend(anew_rig, anew, judgeFace(anew_rig, anew, poses, actor));
   if (found_again.faults.empty()) take(std::move(again), std::move(found_again));
