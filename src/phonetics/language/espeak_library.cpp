@@ -17,8 +17,8 @@
 
 // There where a program is built with a leak sanitizer.
 extern "C" {
-[[gnu::weak]] void __lsan_disable();  // NOLINT(bugprone-reserved-identifier)
-[[gnu::weak]] void __lsan_enable();   // NOLINT(bugprone-reserved-identifier)
+[[gnu::weak]] void __lsan_disable();  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+[[gnu::weak]] void __lsan_enable();   // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
 }
 
 namespace mouthpiece {
