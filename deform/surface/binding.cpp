@@ -268,12 +268,12 @@ class Binder {
         const bool is_bound = before[v] == Fate::kBound && (sidesOfPatch(v) & forbidden) == 0;
         if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
       }
-      const auto reachIt = [&](double longest_edge) {
+      const auto reachOver = [&](double longest_edge) {
         return topology_.reachFrom(
             seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); },
             longest_edge * control_.mouth_width);
       };
-      HeadTopology::Reach reach = reachIt(std::numeric_limits<double>::infinity());
+      HeadTopology::Reach reach = reachOver(std::numeric_limits<double>::infinity());
       const std::size_t seeds_before = seeds.size();
       for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || !bindRimWhereItLies(v, reach.distance[v]))
@@ -281,7 +281,7 @@ class Binder {
         before[v] = Fate::kBound;
         seeds.push_back(v);
       }
-      if (seeds.size() > seeds_before || std::isfinite(options_.longest_edge)) reach = reachIt(options_.longest_edge);
+      if (seeds.size() > seeds_before || std::isfinite(options_.longest_edge)) reach = reachOver(options_.longest_edge);
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));

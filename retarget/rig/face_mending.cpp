@@ -26,7 +26,7 @@ constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
 constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long at most, so that some are within that
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
-constexpr double kSameOverlapMm = 0.02;
+constexpr double kSameOverlapMm = 0.02;         ///< a round that changes lips in each other by less has changed nothing
 constexpr std::array kTuckedLess{0.75F, 0.5F};  ///< FaceBinding::tuck, one after the other
 constexpr std::size_t kTornAlone = 3;           ///< so many faces whose lips meet as they should are relaxed further
 constexpr std::size_t kRounds = 8;              ///< the last ones where nothing but lips is left to mend
