@@ -121,13 +121,14 @@ constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
 std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
+  std::vector<float> silent(times.size(), 0), late(times.size(), 0);
   const SpeechLabels sealed = sealing(labels);
-  forEachPresence(sealed, times, kSeal, [&lips](std::size_t frame, const LabelledPhone&, double presence) {
-    lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
+  forEachPresence(sealed, times, kSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
+    float& seal = said.phone == Phone::kSil ? silent[frame] : lips[frame].seal;
+    seal = std::max(seal, asFloat(presence));
   });
-  std::vector<float> late(times.size(), 0);
-  forEachPresence(sealed, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone&, double presence) {
-    late[frame] = std::max(late[frame], asFloat(presence));
+  forEachPresence(sealed, times, kLateSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (said.phone != Phone::kSil) late[frame] = std::max(late[frame], asFloat(presence));
   });
   forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);
@@ -142,10 +143,12 @@ std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const 
   forEachPresence(labels, times, kRound, [&](std::size_t frame, const LabelledPhone& said, double presence) {
     lips[frame].rounding = std::max(lips[frame].rounding, asFloat(presence) * roundness(said, times[frame]));
   });
-  for (LipPose& pose : lips) {
-    // Silence beside an F lets the lip go first.
-    pose.parting *= 1 - pose.seal;
+  for (std::size_t frame = 0; frame < lips.size(); ++frame) {
+    LipPose& pose = lips[frame];
+    // A B P M holds an F's lip back; silence lets it go as soon as it is on its way.
     pose.tuck *= 1 - pose.seal;
+    pose.seal = std::max(pose.seal, silent[frame] * (1 - pose.tuck));
+    pose.parting *= 1 - pose.seal;
   }
   return lips;
 }

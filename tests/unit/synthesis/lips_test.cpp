@@ -100,6 +100,22 @@ TEST(Lips, AreNotSealedInAShortVBeforeAB) {
   EXPECT_EQ(lips[at(b.start + 0.01)].tuck, 0);
 }
 
+/// Silence has no lips to keep shut: the lower one is on its way before an F sounds, and goes back after it.
+TEST(Lips, AreAtTheTeethWhenAnFAfterAPauseSounds) {
+  constexpr double kMostAFrame = 0.3;  // of the way, in a sixtieth
+  const SpeechLabels labels = labelsOf({Phone::kF, Phone::kAA, Phone::kV});
+  std::vector<Seconds> times;
+  for (int i = 0; i < 60 * labels.duration(); ++i) times.push_back(i / 60.0);
+  const std::vector<LipPose> lips = lipsFromPhones(labels, times);
+  const auto at = [](Seconds time) { return static_cast<std::size_t>(std::lround(60 * time)); };
+  EXPECT_GT(lips[at(kPhone + 0.02)].tuck, 0.95F);
+  EXPECT_GT(lips[at(4 * kPhone - 0.02)].tuck, 0.95F);
+  EXPECT_LT(lips[at(kPhone + 0.05)].seal, 0.05F);
+  EXPECT_EQ(lips[at(kPhone - 0.1)].tuck, 0);
+  EXPECT_GT(lips[at(kPhone - 0.1)].seal, 0.95F);
+  for (std::size_t i = 1; i < lips.size(); ++i) EXPECT_LT(std::abs(lips[i].tuck - lips[i - 1].tuck), kMostAFrame) << i;
+}
+
 TEST(Lips, RoundInWAndAtTheEndOfOw) {
   const SpeechLabels labels = labelsOf({Phone::kAA, Phone::kW, Phone::kIY, Phone::kAW, Phone::kTH});
   const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
