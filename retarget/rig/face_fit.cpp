@@ -87,6 +87,60 @@ double metresPerUnit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
 
 namespace {
 
+/// Where a warp turns space inside out.
+struct WarpFolds {
+  std::size_t sampled = 0, count = 0;
+  std::string marker;  ///< next to the first of them
+};
+
+/// At a sample of the vertices that the surface moves. They are carried back into the actor's space by a warp fitted
+/// the other way round: near enough to look at the Jacobian's sign there.
+WarpFolds foldsOf(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& warp) {
+  constexpr std::size_t kSamples = 4000;
+  std::vector<Eigen::Index> moved;
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+    if (face.binding.patch[unsignedIndex(v)] >= 0) moved.push_back(v);
+  }
+  const std::size_t stride = std::max<std::size_t>(1, moved.size() / kSamples);
+  MarkerPositions points(signedIndex((moved.size() + stride - 1) / stride), 3);
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    points.row(i) = mesh.vertices.row(moved[unsignedIndex(i) * stride]).cast<double>();
+  const RbfWarp back = RbfWarp::fit(face.marker_targets, face.actor_neutral_mm, warp.options());
+  const MarkerPositions actor_points = back.targetFromActor(points);
+  // A target that is the actor's mirror image would be negative everywhere: count what differs from the markers' own
+  // middle.
+  const double usual = warp.jacobian(face.actor_neutral_mm.colwise().mean().transpose()).determinant();
+  WarpFolds folds;
+  folds.sampled = unsignedIndex(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (warp.jacobian(actor_points.row(i).transpose()).determinant() * usual > 0) continue;
+    if (folds.count++ > 0) continue;
+    Eigen::Index nearest = 0;
+    (face.marker_targets.rowwise() - points.row(i)).rowwise().squaredNorm().minCoeff(&nearest);
+    folds.marker = face.marker_names[unsignedIndex(nearest)];
+  }
+  return folds;
+}
+
+/// Takes the least smooth warp that folds no skin over, where the fit may choose: places that are millimetres off, as
+/// between brows that a head has narrower than the actor, are not met exactly then.
+void smoothFolds(const FitRequest& request, const FaceMesh& mesh, FaceFile& face) {
+  if (!request.warp.any_kernel || request.warp.regularization != 0) return;
+  const auto warpOf = [&](const WarpOptions& options) {
+    return RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, options);
+  };
+  if (foldsOf(face, mesh, warpOf(face.warp)).count == 0) return;
+  WarpOptions smoother = request.warp;
+  for (const double regularization : regularizationCandidates()) {
+    if (regularization <= face.warp.regularization) continue;
+    smoother.regularization = regularization;
+    const RbfWarp warp = warpOf(smoother);
+    if (foldsOf(face, mesh, warp).count > 0) continue;
+    face.warp = warp.options();
+    return;
+  }
+}
+
 FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anchors_file, const FitRequest& request) {
   refuseUnknownNames(mesh, given, anchors_file, request.marker_names);
   FaceFile face;
@@ -134,6 +188,7 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   }
   // The surface has got points on the lips since.
   face.binding = bindFace(mesh, topology->openedAt(openingsOf(face.control)), face.control, request.binding);
+  smoothFolds(request, mesh, face);
   return face;
 }
 
@@ -167,33 +222,6 @@ void checkMarkerPlaces(const FaceFile& face, const FaceMesh& mesh, double mm_per
     if (distance < check.marker_to_surface_max_mm && !check.farthest_marker.empty()) continue;
     check.marker_to_surface_max_mm = distance;
     check.farthest_marker = face.marker_names[i];
-  }
-}
-
-/// Where the warp turns space inside out, at a sample of the vertices that the surface moves. They are carried back
-/// into the actor's space by a warp fitted the other way round: near enough to look at the Jacobian's sign there.
-void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& warp, FaceCheck& check) {
-  constexpr std::size_t kSamples = 4000;
-  std::vector<Eigen::Index> moved;
-  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
-    if (face.binding.patch[unsignedIndex(v)] >= 0) moved.push_back(v);
-  }
-  const std::size_t stride = std::max<std::size_t>(1, moved.size() / kSamples);
-  MarkerPositions points(signedIndex((moved.size() + stride - 1) / stride), 3);
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    points.row(i) = mesh.vertices.row(moved[unsignedIndex(i) * stride]).cast<double>();
-  const RbfWarp back = RbfWarp::fit(face.marker_targets, face.actor_neutral_mm, face.warp);
-  const MarkerPositions actor_points = back.targetFromActor(points);
-  // A target that is the actor's mirror image would be negative everywhere: count what differs from the markers' own
-  // middle.
-  const double usual = warp.jacobian(face.actor_neutral_mm.colwise().mean().transpose()).determinant();
-  check.sampled_points = unsignedIndex(points.rows());
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (warp.jacobian(actor_points.row(i).transpose()).determinant() * usual > 0) continue;
-    if (check.fold_overs++ > 0) continue;
-    Eigen::Index nearest = 0;
-    (face.marker_targets.rowwise() - points.row(i)).rowwise().squaredNorm().minCoeff(&nearest);
-    check.fold_over_marker = face.marker_names[unsignedIndex(nearest)];
   }
 }
 
@@ -231,7 +259,10 @@ FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh) {
   check.kernel = face.warp.kernel;
   check.shape_factor = face.warp.shape_factor;
   checkMarkerPlaces(face, mesh, mm_per_unit, check);
-  checkFoldOvers(face, mesh, warp, check);
+  const WarpFolds folds = foldsOf(face, mesh, warp);
+  check.sampled_points = folds.sampled;
+  check.fold_overs = folds.count;
+  check.fold_over_marker = folds.marker;
   check.binding = inspectBinding(face.binding, mesh, face.control);
   check.binding.largest_offset *= mm_per_unit;
   check.patch_edge_angle_max_deg = largestEdgeAngle(face, mm_per_unit);

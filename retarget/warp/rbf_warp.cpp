@@ -85,6 +85,8 @@ WarpOptions chooseKernel(const MarkerPositions& source, const MarkerPositions& t
 
 }  // namespace
 
+std::span<const double> regularizationCandidates() { return kRegularizationCandidates; }
+
 RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target,
                      const WarpOptions& options) {
   MOUTHPIECE_EXPECT(actor_neutral_mm.rows() == target.rows());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 #include "base/rbf.h"
 #include "motion/motion_clip.h"
@@ -17,6 +18,9 @@ struct WarpOptions {
   /// (RbfOptions::regularization).
   double regularization = 0;
 };
+
+/// What the regularisation is chosen from where WarpOptions leaves it open, rising; no unit.
+std::span<const double> regularizationCandidates();
 
 /// How good a warp is, in the target's unit.
 struct WarpSummary {
