@@ -12,6 +12,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/virtual_points.h"
 
@@ -70,10 +71,12 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
   std::vector<Triangulation::Vertex_handle> handles;
   for (Eigen::Index i = 0; i < mesh.domain.rows(); ++i) {
     handles.push_back(triangulation.insert(Kernel::Point_2(mesh.domain(i, 0), mesh.domain(i, 1))));
+    if (triangulation.number_of_vertices() != handles.size())
+      throw InputError(fmt::format("control surface: found {} and {} in one place",
+                                   mesh.points[unsignedIndex(handles.back()->info())].name,
+                                   mesh.points[unsignedIndex(i)].name));
     handles.back()->info() = static_cast<int>(i);
   }
-  if (triangulation.number_of_vertices() != handles.size())
-    throw InputError("control surface: found two markers in one place");
 
   std::vector<std::vector<int>> holes;
   for (const auto& names : {mouthRim(), eyeRim('R'), eyeRim('L')}) {

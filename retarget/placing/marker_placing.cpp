@@ -34,6 +34,7 @@ constexpr double kFacesOut = 0.15;
 constexpr double kClickSlack = 0.15;
 constexpr double kOutsideSlit = 0.03;  ///< how far outside the slit's end a corner of the mouth is clicked
 constexpr double kLeastLip = 0.04;     ///< the red edge is no nearer to a lip's rim
+constexpr double kLeastApart = 0.01;   ///< markers that are nearer have come to one place
 
 struct Pair {
   std::string name;
@@ -188,6 +189,23 @@ void evenClicks(const FaceMesh& mesh, const EvenHead& even, const Skin& skin, do
   }
 }
 
+/// Over a hollow the skin closest to two markers may be one place: they are put apart there as they lie before it
+/// (`now`). `wanted`: places on the skin, anchors first; those stay.
+void partFromEachOther(const Skin& skin, const std::vector<std::string>& unplaced, double width,
+                       const MarkerPositions& now, MarkerPositions& wanted) {
+  const Eigen::Index anchor_count = wanted.rows() - signedIndex(unplaced.size());
+  const MarkerPositions met = wanted;
+  for (Eigen::Index i = anchor_count; i < wanted.rows(); ++i) {
+    for (Eigen::Index j = 0; j < wanted.rows(); ++j) {
+      if (i == j || (met.row(i) - met.row(j)).norm() >= kLeastApart * width) continue;
+      const Vector3d apart = (j < anchor_count ? 1 : 0.5) * (now.row(i) - now.row(j)).transpose();
+      const Vector3d place = met.row(i).transpose() + apart;
+      if (const auto foot = closestSkin(sheetFor(skin, unplaced[unsignedIndex(i - anchor_count)]), place))
+        wanted.row(i) = foot->transpose();
+    }
+  }
+}
+
 /// The rims behind the outer lip markers and the corners, from the line between the lips.
 void addLipRims(const FaceMesh& mesh, const LipLine& line, const std::string& file, Anchors& anchors) {
   std::map<std::string, LipLine::Pair> found;
@@ -307,6 +325,7 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
     now = next;
     if (placing.last_move < kStill * width) break;
   }
+  partFromEachOther(skin, unplaced, width, now, wanted);
   for (std::size_t i = 0; i < unplaced.size(); ++i)
     placing.anchors.markers[unplaced[i]] = Vector3d(wanted.row(anchor_count + signedIndex(i)).transpose());
   if (line) addLipRims(mesh, *line, anchors_file, placing.anchors);
