@@ -66,6 +66,104 @@ void shape(ClickedHead& head, Chance& chance) {
                               size.z(), 100 * thicker, upper_corner / mm);
 }
 
+namespace {
+
+/// How much a place belongs to what lies around `at`: 1 there, less from `reach` on.
+double nearness(const Vector3d& p, const Vector3d& at, double reach) {
+  return std::exp(-0.5 * (p - at).squaredNorm() / (reach * reach));
+}
+
+/// `p` drawn away from `at` by `scale` in each direction, less the further it is.
+Vector3d stretched(const Vector3d& p, const Vector3d& at, double reach, const Vector3d& scale) {
+  return p + nearness(p, at, reach) * (scale - Vector3d::Ones()).cwiseProduct(p - at);
+}
+
+/// From 0 far below `from` to 1 far above it.
+double above(double value, double from, double width) { return 1 / (1 + std::exp(-(value - from) / width)); }
+
+struct Style {
+  const char* name;
+  std::function<Vector3d(const Vector3d&)> moved;
+};
+
+/// `amount`: up to 1. All are maps of space that fold nothing over.
+Style styleOf(const ClickedHead& head, int number, double amount) {
+  const Vector3d mouth = 0.5 * (clickOf(head, "LIP_UP_MID") + clickOf(head, "LIP_LO_MID"));
+  const Vector3d nose = clickOf(head, "NOSE_TIP"), chin = clickOf(head, "CHIN_LOW");
+  const double wide = (clickOf(head, "LIP_CORNER_L") - clickOf(head, "LIP_CORNER_R")).norm(), a = amount;
+  const auto curved = [=](double way) {
+    return [=](const Vector3d& p) -> Vector3d {
+      const double across = std::min(std::abs(p.x() - mouth.x()) / (0.5 * wide), 1.5);
+      return p + Vector3d(0, way * wide * nearness(p, mouth, 0.9 * wide) * (across * across - 0.4), 0);
+    };
+  };
+  switch (number) {
+    case 0:
+      return {"small mouth, flat nose, large eyes", [=, &head](const Vector3d& p) {
+                Vector3d q = stretched(p, mouth, 1.1 * wide, {1 - 0.5 * a, 1 - 0.2 * a, 1});
+                q.z() -= 0.35 * a * wide * nearness(p, nose, 0.45 * wide);
+                for (const std::string side : {"_R", "_L"})
+                  q = stretched(q, 0.5 * (clickOf(head, "CANTHUS_OUT" + side) + clickOf(head, "EYE_IN" + side)),
+                                0.6 * wide, {1 + 0.35 * a, 1 + 0.6 * a, 1});
+                return q;
+              }};
+    case 1:
+      return {"wide mouth", [=](const Vector3d& p) {
+                return stretched(p, mouth, 1.2 * wide, {1 + 0.6 * a, 1 - 0.2 * a, 1});
+              }};
+    case 2:
+      return {"thick lips", [=](const Vector3d& p) {
+                return stretched(p, mouth, 0.55 * wide, {1 + 0.1 * a, 1 + 0.9 * a, 1 + 0.35 * a});
+              }};
+    case 3:
+      return {"muzzle", [=](const Vector3d& p) -> Vector3d {
+                return p + Vector3d(0, 0, 0.7 * a * wide * nearness(p, mouth, 0.8 * wide));
+              }};
+    case 4:
+      return {"long chin", [=](const Vector3d& p) -> Vector3d {
+                return p - Vector3d(0, 0.5 * a * std::clamp(nose.y() - p.y(), 0.0, 1.6 * wide), 0);
+              }};
+    case 5:
+      return {"broad as a toad", [=](const Vector3d& p) {
+                const Vector3d q = mouth + Vector3d(1 + 0.4 * a, 1 - 0.25 * a, 1).cwiseProduct(p - mouth);
+                return stretched(q, mouth, 1.7 * wide, {1 + 0.3 * a, 1, 1});
+              }};
+    case 6:
+      return {"baby", [=](const Vector3d& p) -> Vector3d {
+                return nose + (1 - 0.3 * a + 0.5 * a * above(p.y(), nose.y(), 0.5 * wide)) * (p - nose);
+              }};
+    case 7:
+      return {"crooked mouth", [=](const Vector3d& p) -> Vector3d {
+                const double turn = 0.28 * a * nearness(p, mouth, wide);
+                return mouth + Eigen::AngleAxisd(turn, Vector3d::UnitZ()) * (p - mouth);
+              }};
+    case 8:
+      return {"underbite", [=](const Vector3d& p) -> Vector3d {
+                const double share =
+                    above(-p.y(), -mouth.y(), 0.25 * wide) * nearness(p, 0.5 * (mouth + chin), 0.9 * wide);
+                return p + Vector3d(0, 0, 0.25 * a * wide * share);
+              }};
+    case 9:
+      return {"flat face", [=](const Vector3d& p) -> Vector3d {
+                const double depth = 1.2 * wide, behind = mouth.z() - depth, in = (p.z() - behind) / depth;
+                return {p.x(), p.y(), in > 0 ? behind + depth * ((1 - a) * in + a * std::tanh(0.7 * in)) : p.z()};
+              }};
+    case 10:
+      return {"smile", curved(0.22 * a)};
+    default:
+      return {"frown", curved(-0.22 * a)};
+  }
+}
+
+}  // namespace
+
+void stylise(ClickedHead& head, int style, double amount) {
+  const Style own = styleOf(head, style, amount);
+  bend(head, own.moved);
+  setScale(head);
+  head.changes += fmt::format("{} {:.0f} %", own.name, 100 * amount);
+}
+
 void openMouth(ClickedHead& head, double open_mm) {
   const FaceMesh& mesh = head.mesh;
   const double unit = 1 / head.mm_per_unit;

@@ -39,6 +39,9 @@ void setScale(ClickedHead& head);
 /// Proportions, smooth lumps, the lips' thickness and the corners' height. All are maps of space: what touches goes on
 /// touching.
 void shape(ClickedHead& head, Chance& chance);
+/// What cartoonists do to a face, by `amount`, 1 at most: a map of space, too. `style`: of kStyles.
+void stylise(ClickedHead& head, int style, double amount);
+constexpr int kStyles = 12;
 /// Opens the mouth: what is nearer along the mesh to the lower lip than to the upper one goes down with it.
 void openMouth(ClickedHead& head, double open_mm);
 void remesh(ClickedHead& head, double edge_mm);

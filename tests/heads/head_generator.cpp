@@ -115,4 +115,22 @@ ClickedHead variedHead(const ClickedHead& head, unsigned seed) {
   return made;
 }
 
+ClickedHead stylisedHead(const ClickedHead& head, unsigned seed) {
+  Chance chance(seed);
+  ClickedHead made = head;
+  made.name = fmt::format("{} stylised {}", head.name, seed);
+  const double amount = chance.number(0.5, 1);
+  stylise(made, static_cast<int>(chance.number(0, kStyles)), amount);
+  const double meshing = chance.number(0, 1);
+  if (meshing < 0.2)
+    remesh(made, chance.number(1.5, 4));
+  else if (meshing < 0.5)
+    decimate(made, chance.number(0.1, 0.5));
+  if (chance.happens(0.2)) addNoise(made, chance, chance.number(0.02, 0.12));
+  made.has_polygons = chance.happens(0.3);
+  if (made.has_polygons) made.changes += ", polygons";
+  jitter(made, chance);
+  return made;
+}
+
 }  // namespace mouthpiece::test

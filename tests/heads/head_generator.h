@@ -33,4 +33,8 @@ std::vector<ClickedHead> clickedHeads(const std::filesystem::path& sources, cons
 /// face +Z.
 ClickedHead variedHead(const ClickedHead& head, unsigned seed);
 
+/// A cartoon's head by chance: `stylise`, its mesh coarser, remeshed, noisy or joined to polygons, ten clicks up to 2
+/// mm beside their places. `head` must stand upright and face +Z.
+ClickedHead stylisedHead(const ClickedHead& head, unsigned seed);
+
 }  // namespace mouthpiece::test

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   using namespace mouthpiece;
   CLI::App app("Fit random heads by ten clicks and judge how they speak");
   unsigned first = 1, seeds = 200;
-  bool keep = false, is_coarse = false;
+  bool keep = false, is_coarse = false, is_stylised = false;
   std::string corpus_file, only, folder = "heads_out", share = MOUTHPIECE_BUILD_SHARE_DIR;
   app.add_option("--seeds", seeds, "How many heads")->capture_default_str();
   app.add_option("--first", first, "The first one's seed")->capture_default_str();
@@ -24,6 +24,8 @@ int main(int argc, char** argv) {
                  "Whose takes move them (default: the clock's sentences of the sample corpus)");
   app.add_option("--out", folder, "Where heads and fits are written")->capture_default_str();
   app.add_flag("--coarse", is_coarse, "Heads of 500, 1,000 and 2,000 faces (coarse_heads.h) in place of all kinds");
+  app.add_flag("--stylised", is_stylised, "Cartoons' heads (head_generator.h) in place of people's")
+      ->excludes("--coarse");
   app.add_flag("--keep", keep, "Keep those of all heads, not of the bad ones alone");
   CLI11_PARSE(app, argc, argv);
   const Corpus corpus = readCorpus(corpus_file.empty() ? share + "/clock.corpus" : corpus_file);
@@ -33,8 +35,9 @@ int main(int argc, char** argv) {
   const JudgedPoses poses = judgedPoses(corpus);
   unsigned refused = 0, faulty = 0, torn = 0, passed_torn = 0, none = 0;
   for (unsigned seed = first; seed < first + seeds; ++seed) {
-    const std::optional<test::ClickedHead> made = is_coarse ? test::coarseHead(heads[seed / 3 % heads.size()], seed)
-                                                            : test::variedHead(heads[seed % heads.size()], seed);
+    const std::optional<test::ClickedHead> made = is_coarse     ? test::coarseHead(heads[seed / 3 % heads.size()], seed)
+                                                  : is_stylised ? test::stylisedHead(heads[seed % heads.size()], seed)
+                                                                : test::variedHead(heads[seed % heads.size()], seed);
     if (!made) {
       fmt::print("{}: no coarse head of it\n", seed);
       ++none;

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <map>
 
 #include "deform/mesh/skin_layers.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
 #include "heads/coarse_heads.h"
+#include "heads/head_changes.h"
 #include "heads/mouth_trial.h"
 #include "motion/lip_gauge.h"
 #include "programs/retarget/commands.h"
@@ -309,6 +311,49 @@ TEST_P(CoarseHeads, FitByTenClicksAndDoNotTear) {
                                << " mm, " << trial.shut << " of " << trial.closures << " shut";
   EXPECT_GT(trial.closures, 0U);
   std::filesystem::remove_all(folder);
+}
+
+/// A warp that meets each place exactly folds the skin between brows over where these are millimetres off.
+TEST(StylisedHeads, AreFittedWithoutFolds) {
+  const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (heads.size() < 9) GTEST_SKIP() << "../shared/faces is not here";
+  const auto own =
+      std::find_if(heads.begin(), heads.end(), [](const auto& h) { return h.name == "mh_asian_male_old"; });
+  ASSERT_NE(own, heads.end());
+  ClickedHead wide = *own;
+  Chance chance(4);
+  stylise(wide, 1, 1);
+  jitter(wide, chance);
+  constexpr unsigned kCoarse = 563;
+  std::optional<ClickedHead> coarse = coarseHead(heads[kCoarse / 3 % heads.size()], kCoarse);
+  ASSERT_TRUE(coarse);
+  for (ClickedHead* head : {&wide, &*coarse}) {
+    const FaceFile face = fitFace(head->mesh, head->clicks, "clicks", requestFor(*head, clockCorpus()));
+    EXPECT_EQ(checkFace(face, head->mesh).fold_overs, 0U) << head->name << ": " << head->changes;
+    EXPECT_GT(face.warp.regularization, 0);
+  }
+}
+
+/// Over a hollow of the forehead the skin closest to two markers is one place: they are put apart.
+TEST(StylisedHeads, HaveNoTwoMarkersInOnePlace) {
+  const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (heads.size() < 9) GTEST_SKIP() << "../shared/faces is not here";
+  ClickedHead head =
+      *std::find_if(heads.begin(), heads.end(), [](const auto& h) { return h.name == "mh_african_female_young"; });
+  // As `retarget anchors` finds them.
+  const std::map<std::string, Eigen::Vector3d> found{
+      {"CANTHUS_OUT_L", {0.421, 7.445, 1.183}}, {"CANTHUS_OUT_R", {-0.411, 7.445, 1.181}},
+      {"CHIN_LOW", {0.000, 6.483, 1.356}},      {"EYE_IN_L", {0.160, 7.423, 1.203}},
+      {"EYE_IN_R", {-0.160, 7.423, 1.203}},     {"LIP_CORNER_L", {0.241, 6.823, 1.395}},
+      {"LIP_CORNER_R", {-0.240, 6.823, 1.395}}, {"LIP_LO_MID", {0.000, 6.707, 1.499}},
+      {"LIP_UP_MID", {0.000, 6.947, 1.525}},    {"NOSE_TIP", {0.001, 7.138, 1.539}}};
+  for (const auto& [name, place] : found) head.clicks.markers[name] = place;
+  stylise(head, 0, 1);
+  const FaceFile face = fitFace(head.mesh, head.clicks, "clicks", requestFor(head, clockCorpus()));
+  for (Eigen::Index i = 0; i < face.marker_targets.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j)
+      EXPECT_GT((face.marker_targets.row(i) - face.marker_targets.row(j)).norm(), 0.005 * face.control.mouth_width);
+  }
 }
 
 /// Lips that are sheets with a hole behind them are as deep in each other as one has to be moved to get out.
