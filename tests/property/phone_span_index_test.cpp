@@ -99,8 +99,8 @@ TEST(PhoneSpanIndexProperty, AgreesWithANaiveSearch) {
 
 TEST(PhoneSpanIndexProperty, ManyEqualPhonesAreSortedInTime) {
   const PhoneSpanIndex index = samples::phoneIndexOf({std::vector<Phone>(200'000, Phone::kSil)});
-  const std::vector<Phone> wanted(150'000, Phone::kSil);
-  EXPECT_EQ(index.placesOf(wanted).size(), 50'001U);
+  const std::vector<Phone> wanted(199'900, Phone::kSil);
+  EXPECT_EQ(index.placesOf(wanted).size(), 101U);
 }
 
 TEST(PhoneSpanIndexProperty, EmptyCorporaAndEmptyQueriesFindNothing) {
