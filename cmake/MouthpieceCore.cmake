@@ -21,7 +21,7 @@ file(GLOB core_sources CONFIGURE_DEPENDS
 list(FILTER core_sources EXCLUDE REGEX "/live_motion\\.cpp$")  # hears
 # Faces are triangulated when they are fitted, by predicates that set the rounding mode, which WebAssembly has not.
 list(FILTER core_sources EXCLUDE REGEX "/triangulation\\.cpp$")
-foreach(name errors json_fields json_text parallel_for rbf statistics text_encoding text_numbers)
+foreach(name errors json_fields json_text matrix_solvers parallel_for rbf statistics text_encoding text_numbers)
   list(APPEND core_sources src/base/${name}.cpp)
 endforeach()
 foreach(name ipa phone)

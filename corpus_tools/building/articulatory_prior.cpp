@@ -1,12 +1,13 @@
 #include "corpus_tools/building/prediction_parts.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "base/index.h"
+#include "base/matrix_solvers.h"
 #include "phonetics/language/phone.h"
 #include "units/prediction/context_network.h"
 #include "units/prediction/speech_segments.h"
@@ -128,7 +129,7 @@ ArticulatoryPrior::ArticulatoryPrior(std::vector<std::string> names) : names_(st
         own(i, j) = own(j, i) = covariance(features[unsignedIndex(places[unsignedIndex(i)])],
                                            features[unsignedIndex(places[unsignedIndex(j)])]);
     }
-    kinds_.push_back({std::move(places), own.ldlt().solve(Eigen::MatrixXd::Identity(size, size))});
+    kinds_.push_back({std::move(places), solveSymmetric(std::move(own), Eigen::MatrixXd::Identity(size, size))});
   }
 }
 

@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/matrix_solvers.h"
 #include "base/parallel_for.h"
 #include "corpus_tools/building/adapted_motion.h"
 #include "corpus_tools/building/build_state.h"
@@ -179,8 +180,8 @@ class Adapting {
     Eigen::MatrixXd shapes(components, base_.columnCount());
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const double held = holds[unsignedIndex(axis)] * energy;
-      const Eigen::MatrixXd normal = own + held * Eigen::MatrixXd::Identity(components, components);
-      const Eigen::MatrixXd solved = normal.ldlt().solve(both + held * base_.shapes);
+      const Eigen::MatrixXd solved =
+          solveSymmetric(own + held * Eigen::MatrixXd::Identity(components, components), both + held * base_.shapes);
       for (Eigen::Index column = axis; column < shapes.cols(); column += 3) shapes.col(column) = solved.col(column);
     }
     for (Eigen::Index column = 0; column < shapes.cols(); ++column) {
@@ -194,7 +195,7 @@ class Adapting {
     const Eigen::MatrixXd weighted = columns_.weights.cwiseAbs2().asDiagonal() * shapes.transpose();
     Eigen::MatrixXd products = shapes * weighted;
     products.diagonal().array() += 1e-4 * products.trace() / asReal(products.rows());
-    return products.ldlt().solve(weighted.transpose()).transpose();
+    return solveSymmetric(std::move(products), weighted.transpose()).transpose();
   }
 
   /// For each of the different dynamics, what the person's takes have beyond the poses.

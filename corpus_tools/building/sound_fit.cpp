@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/index.h"
+#include "base/matrix_solvers.h"
 #include "base/parallel_for.h"
 #include "base/statistics.h"
 
@@ -57,7 +58,7 @@ struct Sums {
   [[nodiscard]] Eigen::MatrixXd solve() const {
     Eigen::MatrixXd held = normal;
     held.diagonal().array() += kHeldShare * frames + kHeldFrames;
-    return held.ldlt().solve(right);
+    return solveSymmetric(std::move(held), right);
   }
 };
 

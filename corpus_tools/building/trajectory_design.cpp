@@ -1,12 +1,13 @@
 #include "corpus_tools/building/trajectory_design.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/matrix_solvers.h"
 
 namespace mouthpiece {
 namespace {
@@ -214,8 +215,7 @@ void NormalEquations::add(const DesignRows& design, const Eigen::MatrixXd& value
 
 Eigen::MatrixXd NormalEquations::solve(const Eigen::MatrixXd& ridge) const {
   MOUTHPIECE_EXPECT(ridge.rows() == normal_.rows() && ridge.cols() == normal_.cols());
-  Eigen::MatrixXd held = normal_ + ridge;
-  return Eigen::LDLT<Eigen::Ref<Eigen::MatrixXd>>(held).solve(right_);
+  return solveSymmetric(normal_ + ridge, right_);
 }
 
 }  // namespace mouthpiece

@@ -1,11 +1,11 @@
 #include "corpus_tools/building/trajectory_fit.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "base/matrix_solvers.h"
 #include "base/parallel_for.h"
 #include "base/statistics.h"
 #include "corpus_tools/building/prediction_parts.h"
@@ -33,8 +33,7 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
     const Eigen::MatrixXd weighted = take.displacements.cast<double>() * columns.weights.asDiagonal();
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(components).rowwise().reverse();
+  const Eigen::MatrixXd directions = symmetricEigen(covariance).vectors.rightCols(components).rowwise().reverse();
   model.analysis = columns.weights.asDiagonal() * directions / columns.lip_norm;
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(components, components);
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(components, width);
@@ -45,7 +44,7 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
     both += values.transpose() * displacements;
   }
   own.diagonal().array() += 1e-9 * std::max(1e-12, own.diagonal().maxCoeff());
-  model.shapes = own.ldlt().solve(both);
+  model.shapes = solveSymmetric(std::move(own), both);
   for (Eigen::Index column = 0; column < width; ++column) {
     if (!(columns.weights(column) > 0)) model.shapes.col(column).setZero();
   }

@@ -1,8 +1,9 @@
 // What the page needs to be an editor: other units, and what the curves move.
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 
 #include "base/index.h"
+#include "base/matrix_solvers.h"
 #include "deform/mesh/mesh_files.h"
 #include "page_engine/line_package.h"
 #include "speaker/speaker_data.h"
@@ -61,7 +62,7 @@ RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& s
   normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
   const Eigen::MatrixXd target = basis * moves.cast<double>().transpose();
   normal.diagonal().array() += kRidge * std::max(1e-12, normal.diagonal().maxCoeff());
-  return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(normal).solve(target).transpose().cast<float>();
+  return solveSymmetric(std::move(normal), target).transpose().cast<float>();
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
 #include "vocal/viseme_poses.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/matrix_solvers.h"
 #include "base/statistics.h"
 #include "vocal/viseme_curves.h"
 
@@ -106,7 +107,7 @@ Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& 
 Eigen::MatrixXd ridge(const Eigen::MatrixXd& features, const Eigen::MatrixXd& values, double ridge_frames) {
   Eigen::MatrixXd normal = features.transpose() * features;
   normal.diagonal().array() += ridge_frames;
-  return normal.ldlt().solve(features.transpose() * values);
+  return solveSymmetric(std::move(normal), features.transpose() * values);
 }
 
 /// What every coordinate does, on average, as `driver` grows by 1.

@@ -1,10 +1,11 @@
 // DominanceModel of evaluation_methods.h.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/matrix_solvers.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 
 namespace mouthpiece {
@@ -117,7 +118,7 @@ Eigen::MatrixXd bestTargets(const DominanceModel& model, const std::vector<Domin
     normal += shares.transpose() * shares;
     right += shares.transpose() * take.poses;
   }
-  return normal.ldlt().solve(right);
+  return solveSymmetric(std::move(normal), right);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 #include "corpus_tools/research/models/actor_fit.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/matrix_solvers.h"
 #include "motion/lip_gauge.h"
 
 namespace mouthpiece {
@@ -137,8 +137,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
   const Eigen::MatrixXd covariance = scatter(takes, columns, [&](std::size_t take, Eigen::Index frame) {
     return Eigen::RowVectorXd(symmetric[take].row(frame).cwiseProduct(weights));
   });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(components).rowwise().reverse();
+  const Eigen::MatrixXd directions = symmetricEigen(covariance).vectors.rightCols(components).rowwise().reverse();
 
   ActorBasis basis;
   Eigen::MatrixXd in_speech = Eigen::VectorXd::Zero(components);
@@ -166,7 +165,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
     row << basis.trajectories[take].row(frame), symmetric[take].row(frame);
     return row;
   });
-  basis.shapes = own.ldlt().solve(both.topRightCorner(components, columns));
+  basis.shapes = solveSymmetric(own, both.topRightCorner(components, columns));
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     if (movesWithoutSpeech(layout.markers[marker])) {
       basis.shapes.middleCols(signedIndex(3 * marker), 3).setZero();
@@ -221,9 +220,9 @@ Eigen::RowVectorXd browShape(const std::vector<ActorDisplacements>& takes, const
   const Eigen::MatrixXd covariance = scatter(takes, columns, [&](std::size_t take, Eigen::Index frame) {
     return Eigen::RowVectorXd(symmetrized(takes[take].mm.row(frame), layout).cwiseProduct(brows));
   });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  Eigen::RowVectorXd shape = eigen.eigenvectors().rightCols(1).transpose() *
-                             std::sqrt(std::max(0.0, eigen.eigenvalues()(columns - 1)) / std::max(frames, 1.0));
+  const SymmetricEigen eigen = symmetricEigen(covariance);
+  Eigen::RowVectorXd shape = eigen.vectors.rightCols(1).transpose() *
+                             std::sqrt(std::max(0.0, eigen.values(columns - 1)) / std::max(frames, 1.0));
   if (shape(column(layout, "BROW_MID_R", 1)) < 0) shape *= -1;
   return shape;
 }

@@ -1,11 +1,12 @@
 #include "corpus_tools/research/models/actor_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/matrix_solvers.h"
 #include "base/parallel_for.h"
 #include "base/statistics.h"
 #include "corpus_tools/takes/head_tracking.h"
@@ -94,7 +95,7 @@ class TargetFit {
     for (Eigen::Index i = 0; i < count; ++i) {
       normal(i, i) += ridge * ridgeFactor(features_.names[unsignedIndex(i)]);
     }
-    return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+    return solveSymmetric(std::move(normal), right);
   }
 
   /// Squared error of each component over `judges`.

@@ -1,12 +1,13 @@
 #include "exports/shapes/trajectories.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <utility>
+
+#include "base/matrix_solvers.h"
 
 namespace mouthpiece {
 namespace {
@@ -67,8 +68,8 @@ MatrixXf leadingTrajectories(const MatrixXf& trajectories, Eigen::Index count) {
   const MatrixXf through_channels = trajectories.transpose() * range;
   range = orthonormalColumns(trajectories * through_channels);
   const MatrixXf projected = range.transpose() * trajectories;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver((projected * projected.transpose()).cast<double>());
-  const MatrixXf rotation = solver.eigenvectors().rowwise().reverse().leftCols(std::min(count, rank)).cast<float>();
+  const Eigen::MatrixXd directions = symmetricEigen((projected * projected.transpose()).cast<double>()).vectors;
+  const MatrixXf rotation = directions.rowwise().reverse().leftCols(std::min(count, rank)).cast<float>();
   return range * rotation;
 }
 

@@ -1,7 +1,6 @@
 #include "hearing/alignment/phone_discriminant.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/matrix_solvers.h"
 
 namespace mouthpiece {
 namespace {
@@ -136,9 +136,9 @@ PhoneDiscriminant::PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::
   const Eigen::VectorXd centre = raw.means * raw.shares;
   Eigen::MatrixXd apart = raw.means.colwise() - centre;
   root.matrixL().solveInPlace(apart);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> between(apart * raw.shares.asDiagonal() * apart.transpose());
+  const Eigen::MatrixXd between = symmetricEigen(apart * raw.shares.asDiagonal() * apart.transpose()).vectors;
   const Eigen::Index kept = std::min({kDirections, count - 1, frames.rows()});
-  Eigen::MatrixXd directions = between.eigenvectors().rightCols(kept).rowwise().reverse();
+  Eigen::MatrixXd directions = between.rightCols(kept).rowwise().reverse();
   root.matrixU().solveInPlace(directions);
   projection_ = directions.transpose().cast<float>();
   offset_ = -(directions.transpose() * centre).cast<float>();
