@@ -25,12 +25,12 @@ TEST_F(Live, ChunksOfAnySizeGiveTheSameBytes) {
   EXPECT_TRUE(whole == heardInChunks([&] { return 1 + random() % 3000; }));
 }
 
-/// All of a stream of four times the line, in chunks of `chunk` samples.
+/// All of a stream of the line said twice, in chunks of `chunk` samples.
 Pulled withExpression(const SpeakerOptions& options, const std::vector<float>& sound, std::size_t chunk) {
   Speaker speaker(options);
   LiveStream stream = speaker.live();
   Pulled pulled;
-  for (int again = 0; again < 4; ++again) {
+  for (int again = 0; again < 2; ++again) {
     for (std::size_t at = 0; at < sound.size(); at += chunk) {
       stream.push(std::span(sound).subspan(at, std::min(chunk, sound.size() - at)));
       pulled.addAll(stream);
@@ -60,13 +60,13 @@ TEST_F(Live, EyesBlinkAndLookByTheSeedAlone) {
   EXPECT_EQ(most(plain, shape("EyeLookOutLeft")), 0);
   options.manner.upper_face = Manner::UpperFace::kRules;
   options.manner.gaze = true;
-  options.manner.seed = 3;
+  options.manner.seed = 4;
   const Pulled made = withExpression(options, sound(), 700);
   EXPECT_EQ(made, withExpression(options, sound(), 16001)) << "the chunks do not matter";
   EXPECT_GT(most(made, shape("EyeBlinkLeft")), 0.7F);
   EXPECT_GT(most(made, shape("EyeLookOutLeft")) + most(made, shape("EyeLookInLeft")), 0.05F);
   EXPECT_EQ(openings(made.markers_mm), openings(plain.markers_mm)) << "the mouth is as it was";
-  options.manner.seed = 4;
+  options.manner.seed = 5;
   EXPECT_NE(made, withExpression(options, sound(), 700));
 }
 
