@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <optional>
 #include <random>
 #include <span>
@@ -17,6 +18,7 @@
 #include "base/errors.h"
 #include "base/file_parts.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "base/unfinished.h"
 
 namespace mouthpiece {
@@ -182,8 +184,14 @@ FileReader::FileReader(const fs::path& path, std::uint64_t max_bytes) : path_(pa
   if (!fs::is_regular_file(status)) throw InputError(path.string(), "", "is no regular file");
   size_ = fs::file_size(path, error);
   if (error) throw InputError(path.string(), "", fmt::format("cannot be read: {}", error.message()));
-  if (size_ > max_bytes)
-    throw InputError(path.string(), "", fmt::format("is {} bytes long; expected at most {}", size_, max_bytes));
+  if (size_ > max_bytes) {
+    std::string begins(64, '\0');
+    std::ifstream(path, std::ios::binary).read(begins.data(), std::ssize(begins));
+    const std::string_view kind = kindOfNoText(begins);
+    throw InputError(
+        path.string(), "",
+        fmt::format("is {} bytes long{}{}; expected at most {}", size_, kind.empty() ? "" : ", ", kind, max_bytes));
+  }
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) throw InputError(path.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
 }

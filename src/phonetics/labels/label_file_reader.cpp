@@ -122,12 +122,16 @@ double medianDuration(const std::vector<LabelEntry>& entries) {
   return median(std::move(durations));
 }
 
+bool endsEspsHeader(const Line& line) { return line.fields.size() == 1 && line.fields[0] == "#"; }
+
 std::vector<LabelEntry> readEntries(std::string_view text, std::string_view file, const LabFileOptions& options) {
   const std::vector<Line> lines = splitLines(text);
   if (lines.empty()) throw InputError(file, "", "holds no labels; expected lines of \"start end label\"");
+  if (lines[0].fields[0].starts_with('{') || lines[0].fields[0].starts_with('['))
+    throw InputError(file, std::to_string(lines[0].number),
+                     "begins as JSON does; expected a TextGrid or lines of \"start end label\"");
   if (lines[0].fields[0] == "#!MLF!#") throw InputError(file, "1", "is a master label file; expected one file a take");
-  const auto hash = std::find_if(lines.begin(), lines.end(),
-                                 [](const Line& line) { return line.fields.size() == 1 && line.fields[0] == "#"; });
+  const auto hash = std::find_if(lines.begin(), lines.end(), endsEspsHeader);
   if (hash != lines.end()) return readEspsLines(file, lines, unsignedIndex(hash - lines.begin()) + 1);
   const auto first =
       std::find_if(lines.begin(), lines.end(), [](const Line& line) { return !line.fields[0].starts_with(";;"); });
@@ -151,6 +155,19 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
   auto phones = phonesFromEntries(name, entries, *options.language);
   if (phones.empty()) throw InputError(name, "", "holds no labels; expected phones with their times");
   return buildSpeechLabels(std::move(phones), std::vector<WordSegment>{}, entries.back().span.end, *options.language);
+}
+
+bool isLabFile(std::string_view text) {
+  std::vector<Line> lines = splitLines(text);
+  const auto hash = std::find_if(lines.begin(), lines.end(), endsEspsHeader);
+  const bool is_esps = hash != lines.end();
+  if (is_esps) lines.erase(lines.begin(), hash + 1);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto& fields = lines[i].fields;
+    if (fields.size() < 3 || !parseNumber(fields[0]) || !parseNumber(fields[1])) return false;
+    if (!is_esps && i > 0 && fields[0] != lines[i - 1].fields[1]) return false;
+  }
+  return lines.size() > 1;
 }
 
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options) {

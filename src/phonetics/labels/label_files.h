@@ -23,6 +23,10 @@ struct LabFileOptions {
 /// There are no words in such files. `name` stands for the file in messages. Throws InputError naming file and line.
 SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const LabFileOptions& options = {});
 
+/// True for two lines or more of two numbers and a label, each from where the one before ends or behind ESPS' "#": no
+/// text that anyone says.
+bool isLabFile(std::string_view text);
+
 /// A TextGrid or a label file, told apart by content.
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options = {});
 

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "phonetics/labels/label_files.h"
 #include "programs/synth/commands.h"
 
 namespace mouthpiece {
@@ -110,6 +111,7 @@ std::string_view kindOfNoPlainText(std::string_view text) {
     return "JSON; expected plain text (--song takes a written song)";
   if (text.starts_with("<?xml")) return "XML; expected plain text (--song takes MusicXML)";
   if (text.starts_with("File type = \"oo")) return "a TextGrid; expected plain text (--phones takes labels)";
+  if (isLabFile(text)) return "labels; expected plain text (--phones takes labels)";
   return {};
 }
 

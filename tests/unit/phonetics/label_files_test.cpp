@@ -62,6 +62,15 @@ TEST(Ctm, IsReadWithPositionsCommentsAndConfidence) {
   EXPECT_THROW(parseLabFile("a 1 0 0.1 AA\nb 1 0.1 0.1 AA\n", "two.ctm"), InputError);
 }
 
+TEST(LabelFiles, AreNoTextThatAnyoneSays) {
+  EXPECT_TRUE(isLabFile("0.0 0.23 sil\n\n0.23 0.31 n\n"));
+  EXPECT_TRUE(isLabFile("separator ;\n#\n0.23 121 pau\n0.31 121 n\n"));
+  EXPECT_FALSE(isLabFile("1 2 buckle my shoe\n3 4 shut the door\n"));
+  EXPECT_FALSE(isLabFile("2 2 Baker Street\n"));
+  EXPECT_FALSE(isLabFile("#\nthe time is now\nand then\n"));
+  EXPECT_FALSE(isLabFile(""));
+}
+
 TEST(PhoneSets, AreToldApartByTheWholeFile) {
   EXPECT_EQ(likeliestPhoneSet(std::vector<std::string>{"D", "AH0", "T", "sil"}), PhoneSet::kArpabet);
   EXPECT_EQ(likeliestPhoneSet(std::vector<std::string>{"D", "@", "tS", "{"}), PhoneSet::kXSampa);
@@ -83,6 +92,16 @@ TEST(PhoneSets, SaySheSellsInAnyOfThem) {
             expected);
   EXPECT_EQ(read({"S", "i:", "s", "e", "l", "z", "D", "@", "tS", "eI", "N", "3:"}, PhoneSet::kXSampa), expected);
   EXPECT_EQ(read({"ʃ", "iː", "s", "ɛ", "ɫ", "z", "ð", "ə", "t͡ʃ", "ej", "ŋ", "ɚ"}, PhoneSet::kIpa), expected);
+}
+
+TEST(LabelFiles, JsonIsToldAsThat) {
+  try {
+    parseLabFile("\n{\"phones\": []}\n", "facts.json");
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "facts.json:2: begins as JSON does; expected a TextGrid or lines of \"start end label\"");
+  }
 }
 
 TEST(PhoneSets, AnUnknownPhoneIsNamed) {

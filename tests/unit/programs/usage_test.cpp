@@ -402,6 +402,11 @@ TEST_F(BadInput, OfAnotherKind) {
     }
   }
   expectBadInput({"synth", {"--audio", corpus, "--out", out("line")}}, "a.corpus: is a corpus or another database");
+  // One that is too long for what it is given as, too.
+  fs::resize_file(corpus, 17 << 20);
+  const std::string mesh = folder_.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
+  expectBadInput({"retarget", {"fit", "--mesh", mesh, "--anchors", corpus, "--out", out("a.face")}},
+                 "bytes long, a corpus or another database; expected at most 16777216");
 }
 
 /// Text that is nothing to say is not spoken.
@@ -409,7 +414,9 @@ TEST_F(BadInput, OfTextThatIsNotPlain) {
   for (const auto& [text, kind] :
        {std::pair("\n{\"words\": []}\n", "is JSON; expected plain text (--song takes a written song)"),
         std::pair("<?xml version=\"1.0\"?>\n<score-partwise/>", "is XML; expected plain text (--song takes MusicXML)"),
-        std::pair("File type = \"ooTextFile\"\n", "is a TextGrid; expected plain text (--phones takes labels)")}) {
+        std::pair("File type = \"ooTextFile\"\n", "is a TextGrid; expected plain text (--phones takes labels)"),
+        std::pair("0 2300000 sil\n2300000 3100000 n\n", "is labels; expected plain text (--phones takes labels)"),
+        std::pair("#\n0.23 121 pau\n0.31 121 n\n", "is labels; expected plain text (--phones takes labels)")}) {
     const std::string file = folder_.write("line.txt", text).string();
     expectBadInput({"synth", {"--text-file", file, "--out", out("line")}}, std::string("line.txt: ") + kind);
   }
