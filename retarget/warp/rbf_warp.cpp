@@ -45,10 +45,30 @@ RbfOptions kernelOptions(const WarpOptions& options, double spacing) {
 struct Candidate {
   WarpOptions options;
   double rms = std::numeric_limits<double>::infinity();
+  bool folds = true;
+
+  /// `share`: by how much the error must be less.
+  [[nodiscard]] bool isBetterThan(const Candidate& other, double share) const {
+    return folds == other.folds ? rms < share * other.rms : other.folds;
+  }
 };
 
+/// Whether the warp turns space inside out at a marker. A target that is the actor's mirror image is negative
+/// everywhere: what counts is the sign in the markers' middle.
+bool foldsAtMarkers(const MarkerPositions& source, const MarkerPositions& target, const RbfOptions& kernel) {
+  const RbfInterpolant warp = RbfInterpolant::fit(source, target, kernel);
+  const auto determinantAt = [&](const Eigen::RowVector3d& point) {
+    return Eigen::Matrix3d(warp.jacobian(point)).determinant();
+  };
+  const double usual = determinantAt(source.colwise().mean());
+  for (Eigen::Index i = 0; i < source.rows(); ++i) {
+    if (!(determinantAt(source.row(i)) * usual > 0)) return true;
+  }
+  return false;
+}
+
 /// The shape factor, for kernels that have one, and where any kernel may be taken the regularisation with the least
-/// leave-one-out error, of those that `options` leaves open.
+/// leave-one-out error, of those that `options` leaves open; rather of those that do not fold.
 Candidate bestOf(const MarkerPositions& source, const MarkerPositions& target, WarpOptions options) {
   const auto open = [](bool is_open, double given, std::span<const double> candidates) {
     return is_open ? std::vector<double>(candidates.begin(), candidates.end()) : std::vector<double>{given};
@@ -56,13 +76,16 @@ Candidate bestOf(const MarkerPositions& source, const MarkerPositions& target, W
   const bool has_shape = options.kernel == RbfKernel::kInverseMultiquadric;
   if (!has_shape && options.shape_factor == 0) options.shape_factor = 1;
   const double given = options.regularization;
+  const double spacing = meanNearestNeighbourDistance(source);
   Candidate best;
   for (const double factor : open(options.shape_factor == 0, options.shape_factor, kShapeFactorCandidates)) {
     for (const double smooth : open(options.any_kernel && given == 0, given, kRegularizationCandidates)) {
       options.shape_factor = factor;
       options.regularization = smooth;
-      const double rms = leaveOneOutRms(source, target, options);
-      if (rms < best.rms) best = {options, rms};
+      Candidate next{options, leaveOneOutRms(source, target, options), false};
+      if (!next.isBetterThan(best, 1)) continue;
+      next.folds = foldsAtMarkers(source, target, kernelOptions(options, spacing));
+      if (next.isBetterThan(best, 1)) best = next;
     }
   }
   return best;
@@ -76,7 +99,7 @@ WarpOptions chooseKernel(const MarkerPositions& source, const MarkerPositions& t
     for (const RbfKernel kernel : {RbfKernel::kBiharmonic, RbfKernel::kTriharmonic}) {
       options.kernel = kernel;
       const Candidate other = bestOf(source, target, options);
-      if (other.rms < kClearlyBetter * best.rms) best = other;
+      if (other.isBetterThan(best, kClearlyBetter)) best = other;
     }
   }
   best.options.any_kernel = false;
