@@ -82,10 +82,11 @@ FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const Bin
 /// neighbours were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one
 /// side of the face's openings count as one. `held`: vertices, of each or none, that are relaxed only where they are
 /// torn themselves. An edge counts as `longest_edge` at most for what is within reach, so that some rings of coarse
-/// skin are.
+/// skin are. `keeps_needles`: whether a vertex that is the apex of a thin triangle rather goes with the ends of its
+/// long edge, the more the thinner that is, so that it stays on its side.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                  const std::vector<bool>& held, double reach, FaceBinding& binding,
-                 double longest_edge = std::numeric_limits<double>::infinity());
+                 double longest_edge = std::numeric_limits<double>::infinity(), bool keeps_needles = false);
 
 /// The same of displacements themselves, and solved for them: of one pose.
 class SkinRelaxing {
@@ -102,7 +103,7 @@ class SkinRelaxing {
 
  private:
   friend void relaxAround(const FaceMesh&, const HeadTopology&, const std::vector<std::uint32_t>&,
-                          const std::vector<bool>&, double, FaceBinding&, double);
+                          const std::vector<bool>&, double, FaceBinding&, double, bool);
   struct Data;
   std::unique_ptr<const Data> data_;
 };

@@ -1,5 +1,6 @@
 // Spreads over a stretch of skin what its vertices were torn apart by.
-#include <Eigen/SparseCholesky>
+#include <Eigen/Geometry>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -14,37 +15,68 @@ namespace {
 
 constexpr float kLeastEntry = 0.002F;  ///< an entry of a row with less is left out
 constexpr double kLeastEdge = 1e-6;    ///< of the mesh's size: edges count as so long at least
+constexpr double kLeastShare = 1e-9;   ///< 1 + cosine of a triangle's angle counts as so much at least
 
 /// The mesh as relaxing sees it: vertices in one place and on one side are one knot, called by the first of them.
 struct Knots {
-  std::vector<std::uint32_t> of;                                      ///< of each vertex
-  std::vector<std::vector<std::pair<std::uint32_t, double>>> beside;  ///< neighbours of each knot, with the way there
+  struct Neighbour {
+    std::uint32_t knot;
+    double length;  ///< of the way there
+    /// In the mean: 1 / length, and to keep needles, where a triangle is obtuse at this knot by what its mean value
+    /// coordinates (Floater, 2003: tan(angle / 2) / length) are more. A needle's apex so stays beside its long edge,
+    /// and on its side of that.
+    double weight;
+  };
+  std::vector<std::uint32_t> of;               ///< of each vertex
+  std::vector<std::vector<Neighbour>> beside;  ///< of each knot
 
   /// The tongue, which moves by itself, is left out.
-  Knots(const FaceMesh& mesh, const std::vector<std::uint32_t>& sides, const std::vector<PartKind>& kinds)
+  Knots(const FaceMesh& mesh, const std::vector<std::uint32_t>& sides, const std::vector<PartKind>& kinds,
+        bool keeps_needles)
       : of(mesh.vertexCount()), beside(mesh.vertexCount()) {
     std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
     for (std::uint32_t v = 0; v < of.size(); ++v) {
       const Eigen::RowVector3f p = mesh.vertices.row(v);
       of[v] = first_at.try_emplace({p.x(), p.y(), p.z(), sides[v]}, v).first->second;
     }
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-    for (const Triangle& t : mesh.triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto edge = std::minmax(of[t[k]], of[t[(k + 1) % 3]]);
-        const bool is_tongue = kinds[t[k]] == PartKind::kTongue || kinds[t[(k + 1) % 3]] == PartKind::kTongue;
-        if (edge.first != edge.second && !is_tongue) edges.emplace_back(edge);
-      }
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     const double least =
         kLeastEdge * double{(mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm()};
-    for (const auto& [a, b] : edges) {
-      const double length = std::max(least, double{(mesh.vertices.row(a) - mesh.vertices.row(b)).norm()});
-      beside[a].emplace_back(b, length);
-      beside[b].emplace_back(a, length);
+    for (const Triangle& t : mesh.triangles) {
+      if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return kinds[v] == PartKind::kTongue; })) continue;
+      for (std::size_t k = 0; k < 3; ++k)
+        addCorner(mesh, of[t[k]], of[t[(k + 1) % 3]], of[t[(k + 2) % 3]], least, keeps_needles);
     }
+    for (auto& neighbours : beside) sumUp(neighbours);
+  }
+
+  void addCorner(const FaceMesh& mesh, std::uint32_t at, std::uint32_t one, std::uint32_t other, double least,
+                 bool keeps_needles) {
+    const auto place = [&](std::uint32_t v) -> Eigen::Vector3d { return pointAt(mesh.vertices, v); };
+    if (at == one || at == other) return;
+    const Eigen::Vector3d to_one = place(one) - place(at), to_other = place(other) - place(at);
+    const double length = std::max(least, to_one.norm()), length_to_other = std::max(least, to_other.norm());
+    const double lengths = length * length_to_other;
+    const double half_tangent =
+        to_one.cross(to_other).norm() / std::max(lengths + to_one.dot(to_other), kLeastShare * lengths);
+    const double of_apex = keeps_needles ? std::max(0.0, half_tangent - 1) : 0;
+    beside[at].push_back({one, length, of_apex / length});
+    beside[at].push_back({other, length_to_other, of_apex / length_to_other});
+  }
+
+  /// One entry a neighbour.
+  static void sumUp(std::vector<Neighbour>& neighbours) {
+    std::sort(neighbours.begin(), neighbours.end(),
+              [](const Neighbour& a, const Neighbour& b) { return a.knot < b.knot; });
+    std::size_t kept = 0;
+    for (const Neighbour& next : neighbours) {
+      if (kept == 0 || neighbours[kept - 1].knot != next.knot) {
+        neighbours[kept++] = next;
+        neighbours[kept - 1].weight += 1 / next.length;
+      } else {
+        neighbours[kept - 1].weight += next.weight;
+      }
+    }
+    neighbours.resize(kept);
   }
 
   /// Which knots are within `reach` of `seeds`, over those where `may_pass` holds; an edge counts as `longest` at most.
@@ -66,7 +98,7 @@ struct Knots {
       queue.pop_back();
       if (is_in[v]) continue;
       is_in[v] = true;
-      for (const auto& [next, length] : beside[v]) offer(next, way[v] + std::min(length, longest));
+      for (const Neighbour& next : beside[v]) offer(next.knot, way[v] + std::min(next.length, longest));
     }
     return is_in;
   }
@@ -82,12 +114,12 @@ struct Knots {
     };
     for (std::uint32_t v = 0; v < of.size(); ++v) {
       if (is_in[v]) continue;
-      for (const auto& [next, length] : beside[v]) reach(next);
+      for (const Neighbour& next : beside[v]) reach(next.knot);
     }
     while (!reached.empty()) {
       const std::uint32_t v = reached.back();
       reached.pop_back();
-      for (const auto& [next, length] : beside[v]) reach(next);
+      for (const Neighbour& next : beside[v]) reach(next.knot);
     }
     is_in = std::move(is_anchored);
   }
@@ -100,19 +132,20 @@ struct SkinRelaxing::Data {
   std::vector<int> inner;                ///< of each knot: its row, -1 where it is not relaxed
   std::vector<std::uint32_t> rim_knots;  ///< those that are not, beside some that are
   Eigen::SparseMatrix<double> from_rim;  ///< rows x rim knots
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+  Eigen::SparseLU<Eigen::SparseMatrix<double>> solver;
   bool is_solved = false;
 
   Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-       const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach, double longest_edge);
+       const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach, double longest_edge,
+       bool keeps_needles);
 };
 
 /// `also`: vertices that are relaxed whatever is said of them.
 SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                          const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach,
-                         double longest_edge) {
+                         double longest_edge, bool keeps_needles) {
   const std::vector<PartKind>& kinds = topology.kinds();
-  const Knots knots(mesh, topology.forbidden(), kinds);
+  const Knots knots(mesh, topology.forbidden(), kinds, keeps_needles);
   knot_of = knots.of;
   std::vector<bool> may_relax(kinds.size());
   // Gums of both rows may hang together at the back of the mouth.
@@ -138,19 +171,19 @@ SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, con
   for (std::uint32_t v = 0; v < kinds.size(); ++v) {
     if (inner[v] < 0) continue;
     double sum = 0;
-    for (const auto& [next, length] : knots.beside[v]) {
-      sum += 1 / length;
+    for (const auto& [next, length, weight] : knots.beside[v]) sum += weight;
+    for (const auto& [next, length, weight] : knots.beside[v]) {
       if (inner[next] >= 0) {
-        laplacian.emplace_back(inner[v], inner[next], -1 / length);
+        laplacian.emplace_back(inner[v], inner[next], -weight / sum);
         continue;
       }
       if (rim[next] < 0) {
         rim[next] = static_cast<int>(rim_knots.size());
         rim_knots.push_back(next);
       }
-      to_rim.emplace_back(inner[v], rim[next], 1 / length);
+      to_rim.emplace_back(inner[v], rim[next], weight / sum);
     }
-    laplacian.emplace_back(inner[v], inner[v], sum);
+    laplacian.emplace_back(inner[v], inner[v], 1);
   }
   Eigen::SparseMatrix<double> left(inner_count, inner_count);
   from_rim.resize(inner_count, signedIndex(rim_knots.size()));
@@ -163,7 +196,7 @@ SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, con
 SkinRelaxing::SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                            const std::vector<bool>& held, double reach)
     : data_(std::make_unique<const Data>(mesh, topology, torn, std::vector<std::uint32_t>(), held, reach,
-                                         std::numeric_limits<double>::infinity())) {}
+                                         std::numeric_limits<double>::infinity(), false)) {}
 SkinRelaxing::SkinRelaxing(SkinRelaxing&&) noexcept = default;
 SkinRelaxing& SkinRelaxing::operator=(SkinRelaxing&&) noexcept = default;
 SkinRelaxing::~SkinRelaxing() = default;
@@ -180,8 +213,10 @@ void SkinRelaxing::relax(VertexPositions& moves) const {
 }
 
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 const std::vector<bool>& held, double reach, FaceBinding& binding, double longest_edge) {
-  const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach, longest_edge);
+                 const std::vector<bool>& held, double reach, FaceBinding& binding, double longest_edge,
+                 bool keeps_needles) {
+  const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach, longest_edge,
+                                  keeps_needles);
   if (!system.is_solved) return;
   const Eigen::MatrixXf shares = system.solver.solve(Eigen::MatrixXd(system.from_rim)).cast<float>();
   if (!shares.allFinite()) return;

@@ -140,6 +140,30 @@ TEST_P(RelaxedSheets, AreTheMeansOfTheirNeighboursAndTheRestStays) {
   }
 }
 
+/// A needle's apex, nearer to its long edge than the means of all neighbours differ, stays on its side of that.
+TEST(Relaxing, LeavesANeedleAsItLies) {
+  constexpr float kHigh = 0.05F;
+  FaceMesh mesh;
+  mesh.vertices.resize(8, 3);
+  // The apex (0) of a needle over the edge from 1 to 2; around them 3 above and 4 to 7 below.
+  mesh.vertices << 0, kHigh, 0, -5, 0, 0, 5, 0, 0, 0, 4, 0, -5, 4, 0, 5, 4, 0, 0, -4, 0, 0, 9, 0;
+  mesh.triangles = {{1, 2, 0}, {0, 2, 3}, {0, 3, 1}, {1, 3, 4}, {2, 5, 3}, {2, 1, 6}, {4, 3, 7}, {3, 5, 7}};
+  mesh.parts = {{.name = "skin", .kind = PartKind::kSkin, .triangle_count = mesh.triangles.size()}};
+  VertexPositions moves = VertexPositions::Zero(8, 3);
+  moves.col(1) << 0, 2, 2.5F, 0, 0, 0, 2, 0;  // the edge goes up, the skin above it stays
+  const auto apexOverEdge = [&](bool keeps_needles) {
+    FaceBinding binding;
+    relaxAround(mesh, HeadTopology(mesh, {}), {0}, {}, 0.1, binding, 1, keeps_needles);
+    EXPECT_EQ(binding.relaxed.vertices, std::vector<std::uint32_t>{0});
+    float up = kHigh;
+    for (std::size_t i = 0; i < binding.relaxed.from.size(); ++i)
+      up += binding.relaxed.weights[i] * moves(binding.relaxed.from[i], 1);
+    return up - 0.5F * (moves(1, 1) + moves(2, 1));
+  };
+  EXPECT_LT(apexOverEdge(false), 0) << "so that the needle turns over";
+  EXPECT_GT(apexOverEdge(true), 0);
+}
+
 /// As rows of a matrix they do the same but for the smallest entries, and what was relaxed before stays so.
 TEST_P(RelaxedSheets, GoWhereTheirRowsSay) {
   const HeadTopology topology(mesh_, {});
