@@ -43,6 +43,12 @@ struct WorstRows {
   std::size_t ratio, growth, off_markers, jump, turned, overlap, teeth, tongue, open;
 };
 
+double tallestSlit(const LipContact& contact) { return *std::max_element(contact.slits.begin(), contact.slits.end()); }
+
+bool touches(const LipContact& contact, double mm) {
+  return mm * contact.gap <= kTouchMm && mm * tallestSlit(contact) <= kSeenMm;
+}
+
 /// What is seen in poses of a head, summed up.
 class Summary {
  public:
@@ -63,9 +69,7 @@ class Summary {
 
  private:
   [[nodiscard]] double gapOf(std::size_t row) const { return head_.mm() * seen_[row].contact.gap; }
-  [[nodiscard]] double slitOf(std::size_t row) const {
-    return head_.mm() * *std::max_element(seen_[row].contact.slits.begin(), seen_[row].contact.slits.end());
-  }
+  [[nodiscard]] double slitOf(std::size_t row) const { return head_.mm() * tallestSlit(seen_[row].contact); }
   /// Of lips that are apart it cannot be told what is in front and what behind.
   [[nodiscard]] double overlapOf(std::size_t row) const {
     return seen_[row].is_measured && gapOf(row) <= kNearMm ? seen_[row].contact.overlap
@@ -117,7 +121,7 @@ void Summary::measure(const WorstRows& worst, FaceJudgement& found) const {
     lip_markers += here.lip_marker_squares;
     lip_skin += here.lip_skin_squares;
     found.closures += rows_[row].closed ? 1U : 0U;
-    found.touching += rows_[row].closed && gapOf(row) <= kTouchMm && slitOf(row) <= kSeenMm ? 1U : 0U;
+    found.touching += rows_[row].closed && touches(seen_[row].contact, head_.mm()) ? 1U : 0U;
     torn.insert(here.torn.begin(), here.torn.end());
   }
   for (const std::uint32_t v : torn) found.torn.push_back(head_.givenOf(v));
@@ -279,6 +283,18 @@ struct FaceJudge::Data {
 FaceJudge::FaceJudge(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor)
     : data_(std::make_unique<const Data>(rig, face, poses, actor)) {}
 FaceJudge::~FaceJudge() = default;
+
+std::optional<FaceJudgement> FaceJudge::judgeIfMoreTouch(const FaceRig& rig, std::size_t touching) const {
+  const std::vector<VertexPositions> shut = closures(rig);
+  std::vector<std::uint8_t> touch(shut.size());
+  parallelFor(shut.size(), [&](std::size_t i) {
+    PoseSeen seen;
+    data_->head.lookAtContact(data_->head.welded(shut[i]), std::numeric_limits<double>::infinity(), seen);
+    touch[i] = touches(seen.contact, data_->head.mm()) ? 1 : 0;
+  });
+  if (unsignedIndex(std::count(touch.begin(), touch.end(), 1)) <= touching) return std::nullopt;
+  return judge(rig);
+}
 
 FaceJudgement FaceJudge::judge(const FaceRig& rig) const {
   FaceJudgement found = judgePoses(data_->head, rig, data_->motion, data_->poses);

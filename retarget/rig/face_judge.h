@@ -93,6 +93,8 @@ class FaceJudge {
   /// `rig`: of the same face, but for what of its binding mending changes (relaxed, pressed, levelled, meets), and of
   /// the same mesh or that with its split vertices welded, whose judgement is the same.
   [[nodiscard]] FaceJudgement judge(const FaceRig& rig) const;
+  /// The same, if more than `touching` closures touch: nothing else is looked at where not.
+  [[nodiscard]] std::optional<FaceJudgement> judgeIfMoreTouch(const FaceRig& rig, std::size_t touching) const;
   /// The mesh of such a rig in each pose in which the captured lips touch.
   [[nodiscard]] std::vector<VertexPositions> closures(const FaceRig& rig) const;
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -50,6 +51,17 @@ bool isTuckedTooFar(const FaceJudgement& found, const JudgedPoses& poses) {
   });
 }
 
+bool onlyOfLips(const FaceJudgement& found) { return std::all_of(found.faults.begin(), found.faults.end(), isOfLips); }
+
+/// Nothing else is wrong.
+bool isTuckedTooFarAlone(const FaceJudgement& found, const JudgedPoses& poses) {
+  return isTuckedTooFar(found, poses) && found.faults.size() == 1;
+}
+
+bool meetAlike(const FaceJudgement& one, const FaceJudgement& other) {
+  return one.touching == other.touching && std::abs(one.lips_overlap_mm - other.lips_overlap_mm) < kSameOverlapMm;
+}
+
 bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
 
 bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
@@ -61,13 +73,6 @@ bool isTornAlone(const FaceJudgement& found) {
            return std::find(kOfSkin.begin(), kOfSkin.end(), fault.limit) != kOfSkin.end();
          });
 }
-
-/// A face on the way.
-struct Tried {
-  FaceBinding binding;
-  std::set<std::uint32_t> torn;  ///< what was relaxed
-  FaceJudgement found;
-};
 
 /// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
 /// the lips get into each other, as far as `overlap`, the limit, tells. `overlap` and lengths in the mesh's unit.
@@ -98,116 +103,188 @@ std::vector<bool> rimsOf(const FaceMesh& mesh, const ControlMesh& control) {
   return rims;
 }
 
-/// mendFace() on `mesh`, the head's or that with its split vertices welded by `welding`; `face`: of that mesh.
-FaceJudgement mendWhole(FaceFile& face, const std::shared_ptr<const FaceMesh>& shared_mesh, const Welding& welding,
-                        const FaceJudge& judge, FaceJudgement judged) {
-  const FaceMesh& mesh = *shared_mesh;
-  const HeadTopology topology(mesh, openingsOf(face.control));
-  const double mouth_width = face.control.mouth_width;
-  const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
-  const FaceFile given = face;
-  const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that do not soon
-  // meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not, either, they are
-  // pressed on, levelled without surfaces that meet, and where that brings them into each other levelled harder and
-  // held apart. Last, skin is relaxed as coarse.
-  struct Way {
-    bool holds_rims;
-    std::optional<LipLevelling::Options> levels = {};
-    bool holds_apart = false;
-    bool meets = false;
-    bool is_coarse = false;
-    std::size_t pressed_rounds = kRounds;  ///< lips that still do not meet rightly then are left to the next way
-  };
-  const std::vector<bool> rims = rimsOf(mesh, face.control);
-  const auto addTorn = [&](const FaceJudgement& found, std::set<std::uint32_t>& torn) {
-    for (const std::uint32_t v : found.torn) torn.insert(welding.isNothing() ? v : welding.welded_of[v]);
-  };
-  const auto keepIfBetter = [&](const FaceFile& tried, const FaceJudgement& found) {
-    if (!mendsMore(found, judged)) return;
-    face = tried;
-    judged = found;
-  };
-  std::vector<std::pair<FaceBinding, FaceJudgement>> known;  // ways often come to what another came to
-  std::vector<Tried> torn_alone;
-  bool meets_wrongly = meetWrongly(first);  // or what relaxing and pressing bring about
-  for (const Way& way : {Way{.holds_rims = true, .pressed_rounds = 2},
-                         {true, {}, false, true},
-                         {false, {}, false, true},
-                         {true, LipLevelling::Options{}, false, true},
-                         {true},
-                         {false},
-                         {true, LipLevelling::Options{}},
-                         {true, kLevelledHarder, true},
-                         {true, {}, false, false, true}}) {
-    // Few open closures of a face that is well are not worth what may bring faults: surfaces that meet, at once or not.
-    const bool was_well = first.faults.empty();
-    if (was_well && !way.meets) continue;
-    if ((way.levels || way.meets) && !meets_wrongly) continue;
-    const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
-    FaceFile tried = given;
-    FaceBinding binding = given.binding;
-    binding.meets = way.meets;
-    std::optional<LipLevelling> levelling;
-    std::optional<FaceRig> moved;
-    const auto take = [&] { moved = FaceRig::of(tried, shared_mesh, face.name, &topology); };
-    if (way.levels) {
-      levelling.emplace(mesh, face.control, binding, *way.levels);
-      take();
+/// How a face is mended. Rims that stay their own close best; where they themselves are torn they are relaxed, too.
+struct Way {
+  bool holds_rims;
+  std::optional<LipLevelling::Options> levels = {};
+  bool holds_apart = false;
+  bool meets = false;
+  bool is_coarse = false;
+  std::size_t pressed_rounds = kRounds;  ///< lips that still do not meet rightly then are left to the next way
+};
+
+/// Lips that do not soon meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not,
+/// either, they are pressed on, levelled without surfaces that meet, and where that brings them into each other
+/// levelled harder and held apart. Last, skin is relaxed as coarse.
+constexpr std::array kWays{Way{.holds_rims = true, .pressed_rounds = 2},
+                           Way{true, {}, false, true},
+                           Way{false, {}, false, true},
+                           Way{true, LipLevelling::Options{}, false, true},
+                           Way{true},
+                           Way{false},
+                           Way{true, LipLevelling::Options{}},
+                           Way{true, kLevelledHarder, true},
+                           Way{true, {}, false, false, true}};
+
+/// Mends a face of `mesh`, the head's or that with its split vertices welded by `welding`.
+class Mending {
+ public:
+  /// `mended_otherwise` is asked once, as soon as all that is wrong with lips whose surfaces meet is that they are
+  /// tucked too far: whether another binding has mended it. All must outlive this.
+  Mending(const FaceFile& given, const std::shared_ptr<const FaceMesh>& mesh, const Welding& welding,
+          const FaceJudge& judge, const JudgedPoses& poses, FaceJudgement judged,
+          std::function<bool()> mended_otherwise)
+      : mesh_(mesh),
+        welding_(welding),
+        judge_(judge),
+        poses_(poses),
+        mended_otherwise_(std::move(mended_otherwise)),
+        topology_(*mesh, openingsOf(given.control)),
+        rims_(rimsOf(*mesh, given.control)),
+        mouth_width_(given.control.mouth_width),
+        overlap_(limitNamed("lips in each other") / (1000 * mesh->metres_per_unit)),
+        given_(given),
+        first_(judged),
+        kept_(given),
+        judged_(std::move(judged)),
+        meets_wrongly_(meetWrongly(first_)) {}
+
+  void mend() {
+    for (const Way& way : kWays) {
+      // Few open closures of a face that is well, given or mended, are not worth what may bring faults: surfaces that
+      // meet, at once or not.
+      if (judged_.faults.empty() && !way.meets) continue;
+      if ((way.levels || way.meets) && !meets_wrongly_) continue;
+      tryWay(way);
+      if (isWhole(judged_) || is_mended_otherwise_) return;
     }
-    FaceJudgement last = first;
-    std::set<std::uint32_t> torn;
-    for (std::size_t round = 0; round < kRounds; ++round) {
-      const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      if (!way.levels || round == 0) addTorn(last, torn);  // what levelling itself stretches stays
-      if (levelling) levelling->level(judge.closures(*moved), binding);
-      if (levelling) last.left_open.fill(0);
-      // What surfaces that meet leave open once all else is tried is pressed together.
-      const bool is_left = !levelling && round >= kRelaxedWithin.size() && !last.faults.empty();
-      if (way.meets ? is_left : levelling ? way.holds_apart : meetWrongly(last))
-        press(last, mouth_width, overlap, binding.pressed);
-      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding,
-                  (way.is_coarse ? kCoarseEdge : std::numeric_limits<double>::infinity()) * mouth_width);
-      tried.binding = binding;
-      const auto same = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == binding; });
-      if (levelling || same == known.end()) take();
-      FaceJudgement found = same != known.end() ? same->second : judge.judge(*moved);
-      if (same == known.end()) known.emplace_back(binding, found);
-      const FaceJudgement before = std::exchange(last, std::move(found));
-      meets_wrongly = meets_wrongly || meetWrongly(last);
-      keepIfBetter(tried, last);
-      if (isTornAlone(last)) torn_alone.push_back({binding, torn, last});
-      const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
-      const bool only_lips = std::all_of(last.faults.begin(), last.faults.end(), isOfLips);
-      if (was_well || !canBeMended(last) || (round + 1 >= way.pressed_rounds && meetWrongly(last)) ||
-          (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better)))
-        break;
-      // Where relaxing changes nothing of lips that meet, what they leave open is pressed together at once.
-      const bool is_same =
-          last.touching == before.touching && std::abs(last.lips_overlap_mm - before.lips_overlap_mm) < kSameOverlapMm;
-      if (way.meets && only_lips && is_same && round > 0) round = std::max(round, kRelaxedWithin.size() - 1);
-    }
-    if (isWhole(judged)) break;
+    if (!judged_.faults.empty()) relaxTornAlone();
   }
-  if (judged.faults.empty()) return judged;
-  // What has brought lips to meet stays as it is, and the skin that it tears is relaxed.
-  std::stable_sort(torn_alone.begin(), torn_alone.end(), [](const Tried& one, const Tried& other) {
+
+  [[nodiscard]] const FaceFile& kept() const { return kept_; }
+  [[nodiscard]] const FaceJudgement& judged() const { return judged_; }
+
+ private:
+  /// A face on the way.
+  struct Tried {
+    FaceBinding binding;
+    std::set<std::uint32_t> torn;  ///< what was relaxed
+    FaceJudgement found;
+  };
+
+  [[nodiscard]] FaceRig rigOf(const FaceBinding& binding) const {
+    FaceFile tried = given_;
+    tried.binding = binding;
+    return FaceRig::of(std::move(tried), mesh_, given_.name, &topology_);
+  }
+
+  void addTorn(const FaceJudgement& found, std::set<std::uint32_t>& torn) const {
+    for (const std::uint32_t v : found.torn) torn.insert(welding_.isNothing() ? v : welding_.welded_of[v]);
+  }
+
+  void keepIfBetter(const FaceBinding& binding, const FaceJudgement& found) {
+    if (!mendsMore(found, judged_)) return;
+    kept_.binding = binding;
+    judged_ = found;
+  }
+
+  void tryWay(const Way& way);
+  /// Whether another round of `way` may mend more than `last`, which the one before it left of `before`.
+  [[nodiscard]] bool isWorthAnother(const Way& way, std::size_t round, const FaceJudgement& before,
+                                    const FaceJudgement& last) const;
+  /// What has brought lips to meet stays as it is, and the skin that it tears is relaxed.
+  void relaxTornAlone();
+
+  const std::shared_ptr<const FaceMesh>& mesh_;
+  const Welding& welding_;
+  const FaceJudge& judge_;
+  const JudgedPoses& poses_;
+  std::function<bool()> mended_otherwise_;
+  bool is_mended_otherwise_ = false;
+  HeadTopology topology_;
+  std::vector<bool> rims_;
+  double mouth_width_, overlap_;
+  FaceFile given_;
+  FaceJudgement first_;
+  FaceFile kept_;
+  FaceJudgement judged_;                                      ///< of kept_
+  std::vector<std::pair<FaceBinding, FaceJudgement>> known_;  ///< ways often come to what another came to
+  std::vector<Tried> torn_alone_;
+  bool meets_wrongly_;  ///< or what relaxing and pressing bring about
+};
+
+void Mending::tryWay(const Way& way) {
+  const bool was_well = judged_.faults.empty();
+  FaceBinding binding = given_.binding;
+  binding.meets = way.meets;
+  std::optional<LipLevelling> levelling;
+  std::optional<FaceRig> moved;
+  if (way.levels) {
+    levelling.emplace(*mesh_, given_.control, binding, *way.levels);
+    moved = rigOf(given_.binding);
+  }
+  FaceJudgement last = first_;
+  std::set<std::uint32_t> torn;
+  for (std::size_t round = 0; round < kRounds; ++round) {
+    const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
+    if (!way.levels || round == 0) addTorn(last, torn);  // what levelling itself stretches stays
+    if (levelling) levelling->level(judge_.closures(*moved), binding);
+    if (levelling) last.left_open.fill(0);
+    // What surfaces that meet leave open once all else is tried is pressed together.
+    const bool is_left = !levelling && round >= kRelaxedWithin.size() && !last.faults.empty();
+    if (way.meets ? is_left : levelling ? way.holds_apart : meetWrongly(last))
+      press(last, mouth_width_, overlap_, binding.pressed);
+    relaxAround(*mesh_, topology_, {torn.begin(), torn.end()}, way.holds_rims ? rims_ : std::vector<bool>(),
+                within * mouth_width_, binding,
+                (way.is_coarse ? kCoarseEdge : std::numeric_limits<double>::infinity()) * mouth_width_);
+    const auto same = std::find_if(known_.begin(), known_.end(), [&](const auto& one) { return one.first == binding; });
+    if (levelling || same == known_.end()) moved = rigOf(binding);
+    if (was_well && same == known_.end()) {
+      if (auto found = judge_.judgeIfMoreTouch(*moved, judged_.touching)) keepIfBetter(binding, *found);
+      return;
+    }
+    FaceJudgement found = same != known_.end() ? same->second : judge_.judge(*moved);
+    if (same == known_.end()) known_.emplace_back(binding, found);
+    const FaceJudgement before = std::exchange(last, std::move(found));
+    meets_wrongly_ = meets_wrongly_ || meetWrongly(last);
+    keepIfBetter(binding, last);
+    if (isTornAlone(last)) torn_alone_.push_back({binding, torn, last});
+    if (way.meets && mended_otherwise_ && isTuckedTooFarAlone(last, poses_)) {
+      is_mended_otherwise_ = std::exchange(mended_otherwise_, nullptr)();
+      if (is_mended_otherwise_) return;
+    }
+    if (judged_.faults.empty() || !isWorthAnother(way, round, before, last)) return;
+    // Where relaxing changes nothing of lips that meet, what they leave open is pressed together at once.
+    if (way.meets && onlyOfLips(last) && meetAlike(last, before) && round > 0)
+      round = std::max(round, kRelaxedWithin.size() - 1);
+  }
+}
+
+bool Mending::isWorthAnother(const Way& way, std::size_t round, const FaceJudgement& before,
+                             const FaceJudgement& last) const {
+  if (!canBeMended(last) || (round + 1 >= way.pressed_rounds && meetWrongly(last))) return false;
+  const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
+  return round + 1 < kRelaxedWithin.size() || (onlyOfLips(last) && meets_better);
+}
+
+void Mending::relaxTornAlone() {
+  std::stable_sort(torn_alone_.begin(), torn_alone_.end(), [](const Tried& one, const Tried& other) {
     return one.found.faults.size() < other.found.faults.size();
   });
-  torn_alone.resize(std::min(torn_alone.size(), kTornAlone));
-  for (Tried& from : torn_alone) {
-    FaceFile tried = given;
-    for (const double within : kRelaxedWithin) {
-      addTorn(from.found, from.torn);
-      tried.binding = from.binding;
-      relaxAround(mesh, topology, {from.torn.begin(), from.torn.end()}, rims, within * mouth_width, tried.binding,
-                  kCoarseEdge * mouth_width);
-      from.found = judge.judge(FaceRig::of(tried, shared_mesh, face.name, &topology));
-      keepIfBetter(tried, from.found);
-      if (judged.faults.empty()) return judged;
+  torn_alone_.resize(std::min(torn_alone_.size(), kTornAlone));
+  for (const bool keeps_needles : {false, true}) {
+    for (Tried from : torn_alone_) {
+      for (const double within : kRelaxedWithin) {
+        addTorn(from.found, from.torn);
+        FaceBinding binding = from.binding;
+        relaxAround(*mesh_, topology_, {from.torn.begin(), from.torn.end()}, rims_, within * mouth_width_, binding,
+                    kCoarseEdge * mouth_width_, keeps_needles);
+        from.found = judge_.judge(rigOf(binding));
+        keepIfBetter(binding, from.found);
+        if (judged_.faults.empty()) return;
+      }
     }
   }
-  return judged;
 }
 
 }  // namespace
@@ -233,37 +310,50 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const FaceFile given = face;
   const auto given_mesh = std::make_shared<const FaceMesh>(rig.mesh());
   const auto mesh = is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh;
-  const auto mend = [&](const FaceRig& from, const FaceFile& tried, FaceJudgement found) {
+  using Mended = std::pair<FaceFile, FaceJudgement>;
+  const auto mend = [&](const FaceRig& from, const FaceFile& tried, FaceJudgement found,
+                        std::function<bool()> mended_otherwise = nullptr) -> Mended {
     const FaceJudge judge(from, tried, poses, actor);
-    FaceFile mended = tried;
-    if (is_sewn) mended.binding = weldedBinding(tried.binding, welding);
-    const FaceBinding before = mended.binding;
-    found = mendWhole(mended, mesh, welding, judge, std::move(found));
-    if (mended.binding == before)
+    FaceFile sewn = tried;
+    if (is_sewn) sewn.binding = weldedBinding(tried.binding, welding);
+    Mending mending(sewn, mesh, welding, judge, poses, std::move(found), std::move(mended_otherwise));
+    mending.mend();
+    FaceFile mended = mending.kept();
+    if (mended.binding == sewn.binding)
       mended.binding = tried.binding;
     else if (is_sewn)
       mended.binding = givenBinding(mended.binding, welding);
-    return std::pair(std::move(mended), std::move(found));
+    return {std::move(mended), mending.judged()};
   };
-  const auto take = [&](FaceFile&& tried, FaceJudgement&& found) {
-    judged = std::move(found);
-    if (tried.binding == face.binding) return;
-    face.binding = std::move(tried.binding);
+  const auto take = [&](Mended&& mended) {
+    judged = std::move(mended.second);
+    if (mended.first.binding == face.binding) return;
+    face.binding = std::move(mended.first.binding);
     rig = FaceRig::of(face, given_mesh, rig.name());
   };
-  auto [mended, found] = mend(rig, given, std::move(judged));
-  take(std::move(mended), std::move(found));
-  if (judged.faults.empty() || !canBeMended(judged)) return judged;
-  for (const float tuck : kTuckedLess) {
-    if (!isTuckedTooFar(judged, poses)) break;
-    FaceFile less = given;
-    less.binding.tuck = tuck;
-    const FaceRig less_rig = FaceRig::of(less, given_mesh, rig.name());
-    FaceJudgement found_less = judgeFace(less_rig, less, poses, actor);
-    if (isTuckedTooFar(found_less, poses)) continue;
-    auto [again, found_again] = mend(less_rig, less, std::move(found_less));
-    if (!found_again.faults.empty()) continue;
-    take(std::move(again), std::move(found_again));
+  std::optional<Mended> less_tucked;
+  bool was_less_tucked = false;
+  const auto mendTuckedLess = [&] {
+    was_less_tucked = true;
+    for (const float tuck : kTuckedLess) {
+      FaceFile less = given;
+      less.binding.tuck = tuck;
+      const FaceRig less_rig = FaceRig::of(less, given_mesh, rig.name());
+      FaceJudgement found = judgeFace(less_rig, less, poses, actor);
+      if (isTuckedTooFar(found, poses)) continue;
+      Mended mended = mend(less_rig, less, std::move(found));
+      if (mended.second.faults.empty()) return less_tucked = std::move(mended), true;
+    }
+    return false;
+  };
+  Mended mended = mend(rig, given, std::move(judged), mendTuckedLess);
+  if (!less_tucked) {
+    take(std::move(mended));
+    if (judged.faults.empty() || !canBeMended(judged)) return judged;
+    if (!was_less_tucked && isTuckedTooFar(judged, poses)) mendTuckedLess();
+  }
+  if (less_tucked) {
+    take(std::move(*less_tucked));
     return judged;
   }
   // The rims and corners of coarse lips may hang on nothing, too far along the mesh from all that is bound.
@@ -273,8 +363,8 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   if (is_sewn) anew.binding = givenBinding(anew.binding, welding);
   if (anew.binding == given.binding) return judged;
   const FaceRig anew_rig = FaceRig::of(anew, given_mesh, rig.name());
-  auto [again, found_again] = mend(anew_rig, anew, judgeFace(anew_rig, anew, poses, actor));
-  if (found_again.faults.empty()) take(std::move(again), std::move(found_again));
+  Mended again = mend(anew_rig, anew, judgeFace(anew_rig, anew, poses, actor));
+  if (again.second.faults.empty()) take(std::move(again));
   return judged;
 }
 

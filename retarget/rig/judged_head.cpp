@@ -173,8 +173,12 @@ void JudgedHead::findLeading() {
 void JudgedHead::lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const {
   lookAtEdges(now, seen);
   lookAtTriangles(now, seen);
-  seen.is_measured = widest_gap.has_value();
-  if (widest_gap) seen.contact = meter_.measure(now, *widest_gap);
+  if (widest_gap) lookAtContact(now, *widest_gap, seen);
+}
+
+void JudgedHead::lookAtContact(const VertexPositions& now, double widest_gap, PoseSeen& seen) const {
+  seen.is_measured = true;
+  seen.contact = meter_.measure(now, widest_gap);
 }
 
 void JudgedHead::lookAtEdges(const VertexPositions& now, PoseSeen& seen) const {

@@ -58,6 +58,7 @@ class JudgedHead {
 
   /// Looks at edges and triangles, and at the lips' contact if `widest_gap` is given (LipContactMeter::measure).
   void lookAtPose(const VertexPositions& now, std::optional<double> widest_gap, PoseSeen& seen) const;
+  void lookAtContact(const VertexPositions& now, double widest_gap, PoseSeen& seen) const;
   /// How far skin and markers are from rest in frame `row`.
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
   /// How far skin goes in frame `row` from rest beyond all that the markers and rims around it do.

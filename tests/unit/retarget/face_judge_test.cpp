@@ -201,6 +201,19 @@ TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
   }
 }
 
+TEST_F(FaceJudgeTest, JudgesWhollyOnlyWhereMoreClosuresTouch) {
+  const JudgedPoses poses = opening();
+  const FaceRig rig = FaceRig::of(file_, mesh_, "default.face");
+  const FaceJudge judge(rig, file_, poses, {test::madeUpActor().neutral_mm, 0});
+  const FaceJudgement whole = judge.judge(rig);
+  ASSERT_GT(whole.touching, 0U);
+  EXPECT_FALSE(judge.judgeIfMoreTouch(rig, whole.touching));
+  const auto found = judge.judgeIfMoreTouch(rig, whole.touching - 1);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->touching, whole.touching);
+  EXPECT_EQ(found->edge_ratio, whole.edge_ratio);
+}
+
 /// The mesh with every triangle apart, and whose vertex each of its vertices was.
 std::pair<FaceMesh, Welding> takenApart(const FaceMesh& whole) {
   FaceMesh apart = whole;
