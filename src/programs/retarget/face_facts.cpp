@@ -86,9 +86,9 @@ void colourFaults(std::span<const FaceFault> faults, FaceMesh& shown) {
   constexpr std::array kNames{"fault", "other faults"};
   constexpr std::array<std::array<float, 4>, 2> kColours{{{0.8F, 0.02F, 0.02F, 1}, {0.9F, 0.4F, 0.02F, 1}}};
   std::vector<std::size_t> shade(shown.triangles.size(), kNames.size());
-  // Small places lie over large ones, such as the whole mouth.
+  // Small places lie over large ones, such as the whole mouth, and the first over what is as small.
   std::vector<std::size_t> order(faults.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::iota(order.rbegin(), order.rend(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return faults[a].triangles.size() > faults[b].triangles.size();
   });

@@ -290,7 +290,7 @@ TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
   Corpus gaping = madeUpCorpus();
   PositionMatrix& motion = gaping.takes[0].motion.positions_mm;
   const Eigen::RowVectorXd closed = motion.row(0);
-  motion = (6 * (motion.rowwise() - closed)).rowwise() + closed;
+  motion = (10 * (motion.rowwise() - closed)).rowwise() + closed;
   motion.row(0) = motion.row(4);
   motion.bottomRows(1) = motion.row(8);
   for (Eigen::Index f : {1, 2, 3, 9, 10, 11}) motion.row(f) = motion.row(f < 6 ? 4 : 8);
