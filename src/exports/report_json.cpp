@@ -35,6 +35,11 @@ ordered_json phonesOf(const UtteranceAnimation& animation) {
                       {"end_s", toMicro(phone.span.end)},
                       {"word", animation.labels.wordOf(PhoneIndex(i))},
                       {"from", is_backoff ? "backoff" : "unit"}});
+    // "no no": the words' names alone would make one of them.
+    const bool says_again = i > 0 && phone.word && animation.labels.phones[i - 1].word &&
+                            *phone.word != *animation.labels.phones[i - 1].word &&
+                            phones[i]["word"] == phones[i - 1]["word"];
+    if (says_again) phones.back()["says_again"] = true;
   }
   return phones;
 }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -91,6 +92,11 @@ Style styleOf(const ClickedHead& head, int number, double amount) {
   const Vector3d mouth = 0.5 * (clickOf(head, "LIP_UP_MID") + clickOf(head, "LIP_LO_MID"));
   const Vector3d nose = clickOf(head, "NOSE_TIP"), chin = clickOf(head, "CHIN_LOW");
   const double wide = (clickOf(head, "LIP_CORNER_L") - clickOf(head, "LIP_CORNER_R")).norm(), a = amount;
+  std::array<Vector3d, 2> eyes;  // as they are: the clicks are moved, too
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const std::string side = i == 0 ? "_R" : "_L";
+    eyes[i] = 0.5 * (clickOf(head, "CANTHUS_OUT" + side) + clickOf(head, "EYE_IN" + side));
+  }
   const auto curved = [=](double way) {
     return [=](const Vector3d& p) -> Vector3d {
       const double across = std::min(std::abs(p.x() - mouth.x()) / (0.5 * wide), 1.5);
@@ -99,12 +105,10 @@ Style styleOf(const ClickedHead& head, int number, double amount) {
   };
   switch (number) {
     case 0:
-      return {"small mouth, flat nose, large eyes", [=, &head](const Vector3d& p) {
+      return {"small mouth, flat nose, large eyes", [=](const Vector3d& p) {
                 Vector3d q = stretched(p, mouth, 1.1 * wide, {1 - 0.5 * a, 1 - 0.2 * a, 1});
                 q.z() -= 0.35 * a * wide * nearness(p, nose, 0.45 * wide);
-                for (const std::string side : {"_R", "_L"})
-                  q = stretched(q, 0.5 * (clickOf(head, "CANTHUS_OUT" + side) + clickOf(head, "EYE_IN" + side)),
-                                0.6 * wide, {1 + 0.35 * a, 1 + 0.6 * a, 1});
+                for (const Vector3d& eye : eyes) q = stretched(q, eye, 0.6 * wide, {1 + 0.35 * a, 1 + 0.6 * a, 1});
                 return q;
               }};
     case 1:

@@ -62,13 +62,13 @@ export function showLegend(takes) {
 }
 
 /** Words as the report has them: {text, start, end, afterPause}. */
-function wordsOf(report) {
+export function wordsOf(report) {
   const words = [];
   let afterPause = true;
   for (const phone of report.phones) {
     const last = words[words.length - 1];
     if (!phone.word) afterPause = true;
-    else if (last && !afterPause && last.text === phone.word) last.end = phone.end_s;
+    else if (last && !afterPause && last.text === phone.word && !phone.says_again) last.end = phone.end_s;
     else {
       words.push({ text: phone.word, start: phone.start_s, end: phone.end_s, afterPause });
       afterPause = false;

@@ -1,5 +1,6 @@
 // Words, phones coloured by take, joins, curves and the playhead; a click or a drag goes there.
 import { drawCurves, loudestOf } from './curves.js';
+import { wordsOf } from './panels.js';
 import { nameOf } from './takes.js';
 
 const USUAL_PIXELS_PER_SECOND = 110;
@@ -48,15 +49,7 @@ export class Timeline extends EventTarget {
   }
 
   #addWords() {
-    const { phones } = this.data.report;
-    for (let first = 0; first < phones.length; ) {
-      let last = first;
-      // Two equal words side by side cannot be told apart here; the report names words, not their numbers.
-      while (last + 1 < phones.length && phones[last + 1].word === phones[first].word) ++last;
-      const { word } = phones[first];
-      if (word) this.#place(element('span', 'word', word), phones[first].start_s, phones[last].end_s, this.words);
-      first = last + 1;
-    }
+    for (const { text, start, end } of wordsOf(this.data.report)) this.#place(element('span', 'word', text), start, end, this.words);
   }
 
   #addPhones() {

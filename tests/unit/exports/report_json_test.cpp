@@ -43,6 +43,21 @@ TEST(Report, APhoneThatABackOffUnitTouchesIsBackOff) {
   EXPECT_EQ(from, (std::vector<std::string>{"unit", "unit", "backoff", "backoff", "unit", "unit"}));
 }
 
+/// A page shows words by their phones: "ma ma" would be one.
+TEST(Report, AWordThatIsSaidAgainBeginsAnew) {
+  UtteranceAnimation line = samples::makeTalkingHead().utterance;
+  SpeechLabels& labels = line.labels;
+  labels.words[0].text = "ma";
+  labels.words.push_back(labels.words[0]);
+  for (std::size_t i = 3; i < 5; ++i) labels.phones[i].word = 1;
+  const json report = json::parse(reportJson(line, {}));
+  std::vector<std::size_t> again;
+  for (std::size_t i = 0; i < report["phones"].size(); ++i) {
+    if (report["phones"][i].contains("says_again")) again.push_back(i);
+  }
+  EXPECT_EQ(again, std::vector<std::size_t>{3});
+}
+
 TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
   const UtteranceAnimation line = samples::makeTalkingHead().utterance;
   const json report = json::parse(reportJson(line, line.timing_ms));
