@@ -9,16 +9,11 @@
 namespace mouthpiece {
 namespace {
 
-/// Words, where they help, unless phones alone are wanted. An ear that knows the speaker hears phones better.
-std::optional<LiveWords> wordsToHear(const LiveSetup& setup, const LiveOptions& options) {
-  using Hear = SpeakerOptions::Hear;
-  const bool is_english = setup.language == &english();
-  const bool would_help = is_english && !options.own_voice && options.look_ahead >= LiveEar::kWordsHelpFrom;
-  if (setup.hear == Hear::kPhones || (setup.hear == Hear::kAuto && !would_help)) return std::nullopt;
-  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
-  if (is_english && network->isThere())
+/// Words, where they are wanted: phones of the network are heard better without them.
+std::optional<LiveWords> wordsToHear(const LiveSetup& setup, const std::shared_ptr<WordNetwork>& network) {
+  if (setup.hear != SpeakerOptions::Hear::kWords) return std::nullopt;
+  if (setup.language == &english() && network->isThere())
     return LiveWords(network, setup.lexicon ? &*setup.lexicon : nullptr, *setup.language);
-  if (setup.hear == Hear::kAuto) return std::nullopt;
   throw InputError(
       "no words are heard while they are said; expected English, Node and the network of words, or phones");
 }
@@ -26,9 +21,14 @@ std::optional<LiveWords> wordsToHear(const LiveSetup& setup, const LiveOptions& 
 }  // namespace
 
 std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& options) {
+  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
   std::vector<LabelledSound> speaker;
   if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
-  return std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear(setup, options));
+  std::optional<LivePhones> phones;
+  if (speaker.empty() && setup.language == &english() && network->isThere())
+    phones.emplace(network, options.look_ahead);
+  return std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear(setup, network),
+                                   std::move(phones));
 }
 
 }  // namespace mouthpiece

@@ -5,12 +5,15 @@
 // natural logarithm of its probability. With a text, words between blanks, the answer is how likely each of them is after
 // those before it, and last that nothing follows: the logarithm, and by how much it lies behind the likeliest in its place;
 // beside it what is heard without the text, and the logarithms of both and in how many tokens what is heard was written.
+// With kEncoded in place of the text's bytes the answer is what the encoder makes of the sound, 288 numbers a frame of 24
+// ms, of each the upper 16 bits as four hexadecimal digits.
 import { readFileSync, readSync, writeSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { InferenceSession, Tensor } from 'onnxruntime-node';
 import { WordPieces } from './word_pieces.mjs';
 
 const kAnswers = 3;
+const kEncoded = 0xffffffff;
 const kRateHz = 16000;
 const kMostSeconds = 60;
 const kLeastSamples = 1600; // its first layers take no fewer
@@ -46,7 +49,12 @@ const pieces = new WordPieces(readFileSync(join(folder, 'word_pieces.txt'), 'utf
 const options = { intraOpNumThreads: 1, interOpNumThreads: 1, graphOptimizationLevel: 'disabled' };
 // What the encoder takes at once grows with the sound, and an arena keeps the most; the decoder's many small pieces need one.
 const encoder = await InferenceSession.create(join(folder, 'encoder_model.ort'), { ...options, enableCpuMemArena: false });
-const decoder = await InferenceSession.create(join(folder, 'decoder_model_merged.ort'), options);
+// Who only encodes needs no decoder, which has most of the memory.
+let decoder = null;
+const runDecoder = async (inputs) => {
+  decoder ??= await InferenceSession.create(join(folder, 'decoder_model_merged.ort'), options);
+  return decoder.run(inputs);
+};
 
 /** What the decoder keeps from token to token, nothing yet. */
 function emptyMemory() {
@@ -77,7 +85,7 @@ async function tokensOf(heard, samples) {
   const most = Math.ceil((samples.length / kRateHz) * kMostTokensASecond) + 4;
   for (let token = kFirstToken; token !== kLastToken && tokens.length < most;) {
     const isFirst = tokens.length === 0;
-    const result = await decoder.run({
+    const result = await runDecoder({
       input_ids: new Tensor('int64', BigInt64Array.of(BigInt(token)), [1, 1]),
       encoder_hidden_states: heard.last_hidden_state,
       use_cache_branch: new Tensor('bool', [!isFirst]),
@@ -127,7 +135,7 @@ function written(word, i) {
 async function scoresOf(heard, words) {
   const tokens = pieces.encode(words.join(' '));
   const ids = [kFirstToken, ...tokens];
-  const { logits } = await decoder.run({
+  const { logits } = await runDecoder({
     input_ids: new Tensor('int64', BigInt64Array.from(ids, BigInt), [1, ids.length]),
     encoder_hidden_states: heard.last_hidden_state,
     use_cache_branch: new Tensor('bool', [false]),
@@ -173,6 +181,15 @@ async function scoresOfText(samples, words) {
   };
 }
 
+/** Of each number the nearest that the upper half of its bits can tell. */
+async function encodingOf(samples) {
+  if (samples.length < kLeastSamples) return '';
+  const { data } = (await heardIn(samples)).last_hidden_state;
+  const bits = new Uint32Array(data.buffer, data.byteOffset, data.length);
+  const upper = Uint16Array.from(bits, (value) => (value + 0x8000) >>> 16);
+  return Buffer.from(upper.buffer).swap16().toString('hex');
+}
+
 async function answerTo(samples, text) {
   if (samples.length < kLeastSamples) return text === '' ? [] : null;
   if (text !== '') return scoresOfText(samples, text.split(' '));
@@ -182,7 +199,8 @@ async function answerTo(samples, text) {
 for (let head = read(8); head !== null; head = read(8)) {
   const count = head.readUInt32LE(0);
   if (count > kMostSeconds * kRateHz) throw new Error(`a sound of ${count} samples; expected a minute at most`);
-  const sound = read(2 * count);
-  const text = read(head.readUInt32LE(4)).toString('utf8');
-  writeSync(kAnswers, JSON.stringify(await answerTo(samplesOf(sound), text)) + '\n');
+  const samples = samplesOf(read(2 * count));
+  const bytes = head.readUInt32LE(4);
+  const answer = bytes === kEncoded ? await encodingOf(samples) : await answerTo(samples, read(bytes).toString('utf8'));
+  writeSync(kAnswers, JSON.stringify(answer) + '\n');
 }

@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/network_phones.h"
 
 namespace mouthpiece {
 namespace {
@@ -109,9 +110,10 @@ class LoudFrames {
 
 struct LiveEar::State {
   State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
-        std::optional<LiveWords> of_words)
+        std::optional<LiveWords> of_words, std::optional<LivePhones> of_phones)
       : ear(language),
         words(std::move(of_words)),
+        phones(std::move(of_phones)),
         settles(std::clamp(static_cast<std::size_t>(look_ahead / kEarStep), kSettles + kLastPhones,
                            kMostSettles + kLastPhones) -
                 kLastPhones),
@@ -119,6 +121,8 @@ struct LiveEar::State {
     if (!speaker.empty()) ear.learn(speaker, true);
   }
 
+  void takePhones(const std::optional<LivePhones::Heard>& found);
+  [[nodiscard]] Eigen::MatrixXf posteriorsOfOpen() const;
   void hearFrames(std::span<const std::int16_t> samples, const std::function<bool()>& waits);
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
   [[nodiscard]] bool isNoSpeech(const HeardPhrase& phrase) const;
@@ -128,22 +132,24 @@ struct LiveEar::State {
 
   PhoneEar ear;
   std::optional<LiveWords> words;
+  std::optional<LivePhones> phones;
   std::vector<PhoneSegment> word_phones;  ///< of the words that were found last
   std::size_t settles;                    ///< frames
   bool hears_again;
   Eigen::MatrixXf likeness = lipLikeness();
   LoudFrames loud;
-  std::deque<Eigen::VectorXf> open;  ///< posteriors of the frames that are not settled, as they are without words
-  std::deque<Eigen::VectorXf> past;  ///< where there are words, of those settled last
-  std::size_t settled = 0;           ///< frames that are
+  std::deque<Eigen::VectorXf> open;        ///< posteriors of the frames that are not settled, as they are without words
+  std::deque<Eigen::VectorXf> by_network;  ///< of the same frames, where `phones` heard them
+  std::deque<Eigen::VectorXf> past;        ///< where there are words, of those settled last
+  std::size_t settled = 0;                 ///< frames that are
   bool has_begun = false;
   std::size_t silent = kPause;  ///< frames of silence that were settled last; before the sound begins there is a pause
   std::vector<PhoneSegment> guess;
 };
 
 LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
-                 std::optional<LiveWords> words)
-    : state_(std::make_unique<State>(language, speaker, look_ahead, std::move(words))) {}
+                 std::optional<LiveWords> words, std::optional<LivePhones> phones)
+    : state_(std::make_unique<State>(language, speaker, look_ahead, std::move(words), std::move(phones))) {}
 LiveEar::~LiveEar() = default;
 LiveEar::LiveEar(LiveEar&&) noexcept = default;
 LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;
@@ -155,8 +161,10 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
   const std::size_t frames = ear.hearOn(samples, !has_begun, loud.isLoud());
   has_begun = true;
   open.resize(frames - settled);
+  by_network.resize(open.size());
+  if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames), waits));
   const bool is_heard_again =
-      hears_again && frames > settles && ear.hearAgain(std::min(open.size(), settles), loud.isClean());
+      !phones && hears_again && frames > settles && ear.hearAgain(std::min(open.size(), settles), loud.isClean());
   const std::size_t again = std::min(open.size(), is_heard_again ? settles : kSettles);
   const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
   for (std::size_t i = 0; i < again; ++i) open[open.size() - again + i] = posteriors.col(signedIndex(i));
@@ -169,6 +177,25 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
   if (!words) return;
   if (auto found = words->hear(samples, loud.isSpeech(frames), waits))
     word_phones = isNoSpeech(*found) ? std::vector<PhoneSegment>() : std::move(found->phones);
+}
+
+void LiveEar::State::takePhones(const std::optional<LivePhones::Heard>& found) {
+  for (Eigen::Index i = 0; found && i < found->posteriors.cols(); ++i) {
+    const std::size_t frame = found->first + unsignedIndex(i);
+    if (frame >= settled && frame < settled + by_network.size()) by_network[frame - settled] = found->posteriors.col(i);
+  }
+}
+
+/// By both ears, but for silence, of which levels tell.
+Eigen::MatrixXf LiveEar::State::posteriorsOfOpen() const {
+  Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    auto column = posteriors.col(signedIndex(i));
+    column = open[i];
+    const bool is_silent = column(static_cast<Eigen::Index>(Phone::kSil)) >= 1;
+    if (by_network[i].size() > 0 && !is_silent) column = heardByBoth(open[i], by_network[i]);
+  }
+  return posteriors;
 }
 
 /// As in a recording (docs/theory/hearing/recognition.md#noise-around-a-line): where nothing but silence is heard
@@ -249,8 +276,7 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   std::vector<PhoneSegment> made;
   guess.clear();
   if (open.empty()) return made;
-  Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
-  for (std::size_t i = 0; i < open.size(); ++i) posteriors.col(signedIndex(i)) = open[i];
+  Eigen::MatrixXf posteriors = posteriorsOfOpen();
   putWords(posteriors);
   std::vector<HeardPhone> path = withoutNoise(likeliestPhones(posteriors, likeness, kFurtherPhone));
   if (path.empty()) return made;
@@ -274,6 +300,7 @@ std::vector<PhoneSegment> LiveEar::State::settle() {
   for (; next < path.size(); ++next) guess.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
   if (words) past.insert(past.end(), open.begin(), open.begin() + signedIndex(done));
   open.erase(open.begin(), open.begin() + signedIndex(done));
+  by_network.erase(by_network.begin(), by_network.begin() + signedIndex(done));
   if (past.size() > kPast) past.erase(past.begin(), past.end() - signedIndex(kPast));
   settled += done;
   return made;

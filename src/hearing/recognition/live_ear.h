@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/live_phones.h"
 #include "hearing/recognition/live_words.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/language/language.h"
@@ -21,14 +22,14 @@ class LiveEar {
   static constexpr int kRateHz = 16000;
   /// Samples that are heard at once: 40 ms.
   static constexpr std::size_t kHop = LiveWords::kHop;
-  /// With a shorter look-ahead words are found too late.
-  static constexpr Seconds kWordsHelpFrom = 0.7;
 
   /// `speaker`: sounds of the person who will speak (PhoneEar::learn). `look_ahead`: so long phones may wait until they
-  /// are settled. `words`: what they say counts with what is heard without them; they help from kWordsHelpFrom on.
-  /// Throws InputError without an acoustic model.
+  /// are settled. `words`: what they say counts with what is heard without them.
+  /// `phones`: count with the ear's own; where they are there, it does not hear what is open again. Throws InputError
+  /// without an acoustic model.
   explicit LiveEar(const Language& language = english(), std::span<const LabelledSound> speaker = {},
-                   Seconds look_ahead = 0, std::optional<LiveWords> words = std::nullopt);
+                   Seconds look_ahead = 0, std::optional<LiveWords> words = std::nullopt,
+                   std::optional<LivePhones> phones = std::nullopt);
   ~LiveEar();
   LiveEar(LiveEar&&) noexcept;
   LiveEar& operator=(LiveEar&&) noexcept;

@@ -4,17 +4,15 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
-#include <exception>
-#include <mutex>
 #include <stop_token>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/answering_thread.h"
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
 
@@ -50,12 +48,7 @@ class PhraseHearing {
   PhraseHearing(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language)
       : network_(std::move(network)), pronouncer_(lexicon, language), aligner_(std::filesystem::path(), language) {}
 
-  /// Returns when the network has started.
-  void start(const std::stop_token& stop) {
-    const std::array<std::span<const std::int16_t>, 1> nothing{};
-    network_->hear(nothing, stop);
-  }
-  /// Throws InputError where the network fails.
+  /// Of no sound once the network has started. Throws InputError where the network fails.
   HeardPhrase wordsIn(const Phrase& phrase, const std::stop_token& stop);
 
  private:
@@ -110,25 +103,20 @@ struct LiveWords::State {
   State(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language,
         std::chrono::milliseconds given_latest)
       : latest(given_latest),
-        hearing(std::move(network), lexicon, language),
-        worker([this](const std::stop_token& stop) { work(stop); }) {}
+        worker([hearing = std::make_shared<PhraseHearing>(std::move(network), lexicon, language)](
+                   const Phrase& of, const std::stop_token& stop) { return hearing->wordsIn(of, stop); },
+               {}) {}
 
-  void work(const std::stop_token& stop);
   void take(std::span<const std::int16_t> samples, bool is_speech);
   void shorten();
   [[nodiscard]] bool wantsHearing() const;
-  bool isThere(std::chrono::milliseconds within, const std::function<bool()>& waits);
   [[nodiscard]] bool isTooLate() const;
   void ask();
   std::optional<HeardPhrase> found();
-  void miss() {
-    ++missed;
-    ++missed_in_a_row;
-  }
 
   const std::chrono::milliseconds latest;
 
-  // Of the thread that pushes; in hops.
+  // In hops.
   std::vector<std::int16_t> phrase;
   std::size_t hops = 0;    ///< of the sound
   std::size_t spoken = 0;  ///< of the phrase
@@ -139,36 +127,8 @@ struct LiveWords::State {
   Clock::time_point asked_at;
   std::vector<Seconds> word_ends;  ///< as they were found last
   std::size_t missed = 0, missed_in_a_row = 0;
-
-  // Between the threads.
-  std::mutex mutex;
-  std::condition_variable_any changed;
-  bool is_busy = true;  ///< the network starts, or hears
-  std::optional<Phrase> asked;
-  std::optional<HeardPhrase> answer;  ///< nothing where it failed
-
-  // Of the other thread.
-  PhraseHearing hearing;
-  std::jthread worker;
+  AnsweringThread<Phrase, HeardPhrase> worker;
 };
-
-void LiveWords::State::work(const std::stop_token& stop) {
-  std::optional<Phrase> now;
-  while (!stop.stop_requested()) {
-    std::optional<HeardPhrase> made;
-    try {
-      if (!now) hearing.start(stop);
-      made = now ? hearing.wordsIn(*now, stop) : HeardPhrase();
-    } catch (const std::exception&) {  // who waits for it counts it
-    }
-    std::unique_lock lock(mutex);
-    answer = std::move(made);
-    is_busy = false;
-    changed.notify_all();
-    if (!changed.wait(lock, stop, [this] { return asked.has_value(); })) return;
-    now = std::exchange(asked, std::nullopt);
-  }
-}
 
 /// Samples of the phrase, or of what lies before the next one.
 void LiveWords::State::take(std::span<const std::int16_t> samples, bool is_speech) {
@@ -203,24 +163,13 @@ bool LiveWords::State::wantsHearing() const {
 }
 
 void LiveWords::State::ask() {
-  const std::scoped_lock lock(mutex);
-  if (is_busy) return;  // with what came too late
-  was_heard_last = quiet >= kHeardLast;
-  asked = Phrase{phrase, asReal(hops * kHop - phrase.size()) / kPhraseRateHz, was_heard_last};
-  is_busy = true;
+  const bool is_last = quiet >= kHeardLast;
+  if (!worker.ask({phrase, asReal(hops * kHop - phrase.size()) / kPhraseRateHz, is_last}))
+    return;  // it is busy with what came too late
+  was_heard_last = is_last;
   since_asked = 0;
   due = hops + kDue;
   asked_at = Clock::now();
-  changed.notify_all();
-}
-
-/// Whether the other thread has done what it was asked for, `within` a time while `waits` says so.
-bool LiveWords::State::isThere(std::chrono::milliseconds within, const std::function<bool()>& waits) {
-  constexpr std::chrono::milliseconds kAsksAgain{10};
-  std::unique_lock lock(mutex);
-  for (std::chrono::milliseconds waited{0}; is_busy && waited < within && (!waits || waits()); waited += kAsksAgain)
-    changed.wait_for(lock, kAsksAgain, [this] { return !is_busy; });
-  return !is_busy;
 }
 
 /// By the sound and by the clock: sound that waited comes faster than it was said.
@@ -231,19 +180,16 @@ bool LiveWords::State::isTooLate() const {
 /// What the other thread found; nothing where it failed or is still busy.
 std::optional<HeardPhrase> LiveWords::State::found() {
   due.reset();
-  const std::scoped_lock lock(mutex);
-  if (is_busy || !answer) {
-    miss();
-    return std::nullopt;
-  }
-  missed_in_a_row = 0;
-  return std::exchange(answer, std::nullopt);
+  std::optional<HeardPhrase> answer = worker.take();
+  missed += answer ? 0U : 1U;
+  missed_in_a_row = answer ? 0 : missed_in_a_row + 1;
+  return answer;
 }
 
 LiveWords::LiveWords(std::shared_ptr<WordNetwork> network, const Lexicon* lexicon, const Language& language,
                      std::chrono::milliseconds latest)
     : state_(std::make_unique<State>(std::move(network), lexicon, language, latest)) {
-  state_->isThere(std::max(latest, kLatestStart), {});
+  state_->worker.isDone(std::max(latest, kLatestStart), {});
   static_cast<void>(state_->found());
 }
 LiveWords::~LiveWords() = default;
@@ -258,7 +204,7 @@ std::optional<HeardPhrase> LiveWords::hear(std::span<const std::int16_t> samples
   state.take(samples, is_speech);
   std::optional<HeardPhrase> found;
   if (state.due && state.hops >= *state.due &&
-      (state.isThere(state.latest, waits) || !waits || waits() || state.isTooLate())) {
+      (state.worker.isDone(state.latest, waits) || !waits || waits() || state.isTooLate())) {
     found = state.found();
     state.word_ends.clear();
     const std::vector<PhoneSegment> phones = found ? found->phones : std::vector<PhoneSegment>();

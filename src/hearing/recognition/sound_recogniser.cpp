@@ -21,6 +21,7 @@
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
 #include "hearing/recognition/known_lines.h"
+#include "hearing/recognition/network_phones.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/stretch_hearing.h"
@@ -91,7 +92,10 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
-    if (options_.as == HearAs::kPhones) return;
+    if (options_.as == HearAs::kPhones) {
+      hears_network_phones_ = &language_ == &english() && options_.word_network && options_.word_network->isThere();
+      return;
+    }
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
       return;
@@ -122,9 +126,11 @@ class SoundRecogniser : public Recogniser {
   /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
+  /// PhoneEar's, or those of the network where phones alone are asked for and it does not know the speaker.
+  Eigen::MatrixXf posteriorsOf(std::span<const std::int16_t> samples, HeardSpeech& heard);
   /// `by_network`: the network's words.
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
-                   CollectedSpeech& all);
+                   CollectedSpeech& all, HeardSpeech& heard);
   void collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const;
 
   RecogniserOptions options_;
@@ -135,6 +141,7 @@ class SoundRecogniser : public Recogniser {
   std::optional<WordSearch> search_;
   std::optional<ForcedAligner> aligner_;
   std::optional<KnownLines> lines_;
+  bool hears_network_phones_ = false;
 };
 
 WordSearch& SoundRecogniser::search() {
@@ -309,12 +316,27 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
   return hearing.heardFor() == 0 && !are_said;
 }
 
+Eigen::MatrixXf SoundRecogniser::posteriorsOf(std::span<const std::int16_t> samples, HeardSpeech& heard) {
+  Eigen::MatrixXf posteriors = ear_.posteriors(samples);
+  if (!hears_network_phones_ || ear_.knowsSpeaker()) return posteriors;
+  try {
+    const Eigen::MatrixXf encoded = options_.word_network->encode(samples);
+    if (encoded.cols() > 0)
+      return heardByBoth(posteriors, atFramesOfEar(phonesOfEncoded(encoded), 0, 0, posteriors.cols()));
+  } catch (const InputError& error) {
+    heard.warnings.push_back(fmt::format("the network that hears phones was not heard ({})", error.what()));
+    hears_network_phones_ = false;
+  }
+  return posteriors;
+}
+
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
-                                  const std::vector<NetworkWord>& by_network, CollectedSpeech& all) {
+                                  const std::vector<NetworkWord>& by_network, CollectedSpeech& all,
+                                  HeardSpeech& heard) {
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},
                   .span = {},
-                  .hearing = StretchHearing(ear_.posteriors(samples), likeness_)};
+                  .hearing = StretchHearing(posteriorsOf(samples, heard), likeness_)};
   const StretchHearing& hearing = stretch.hearing;
   stretch.span = {start, start + hearing.duration()};
   if (!pronouncer_) {
@@ -452,7 +474,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
   for (std::size_t i = 0; i < said.size(); ++i) {
-    hearStretch(said[i].samples, said[i].start, by_network[i], all);
+    hearStretch(said[i].samples, said[i].start, by_network[i], all, heard);
     to_hear.letGo();
   }
   all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);

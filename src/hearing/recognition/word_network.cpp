@@ -4,6 +4,8 @@
 
 #include <array>
 #include <bit>
+#include <charconv>
+#include <cmath>
 #include <optional>
 
 #include "base/errors.h"
@@ -23,8 +25,9 @@ constexpr double kRateHz = 16000;
 /// A start takes a second, a second of sound a tenth of one: the time after which it hangs.
 constexpr Seconds kStartLimit = 60;
 constexpr double kSoundLimit = 5;
-constexpr std::ptrdiff_t kMostPrograms = 4;  // of 0.3 GB each
-constexpr std::size_t kMostWords = 1000;     // of a sound
+constexpr std::ptrdiff_t kMostPrograms = 4;     // of 0.3 GB each
+constexpr std::size_t kMostWords = 1000;        // of a sound
+constexpr std::uint32_t kEncoded = 0xFFFFFFFF;  // in place of a text's bytes: the sound is encoded alone
 
 double logProbabilityOf(const JsonField& field) { return std::min(0.0, field["log_probability"].number()); }
 
@@ -50,6 +53,26 @@ std::optional<TextScore> parseScore(std::string_view line) {
   for (const JsonField& word : score["words"].list(0, kMostWords))
     parsed.words.push_back({logProbabilityOf(word), std::min(0.0, word["behind"].number())});
   return parsed;
+}
+
+/// Numbers of 32 bits, of which four digits tell the upper half.
+Eigen::MatrixXf parseEncoding(std::string_view line) {
+  constexpr std::size_t kDigits = 4, kFrame = kDigits * unsignedIndex(WordNetwork::kEncodedNumbers);
+  const JsonField field = parseJson(line, kScript, "an encoding");
+  const std::string digits = field.text(line.size());
+  const auto frames = signedIndex(digits.size() / kFrame);
+  Eigen::MatrixXf encoding(WordNetwork::kEncodedNumbers, frames);
+  bool is_well = digits.size() % kFrame == 0;
+  for (std::size_t i = 0; is_well && i < unsignedIndex(encoding.size()); ++i) {
+    const char *const first = digits.data() + kDigits * i, *const end = first + kDigits;
+    std::uint16_t upper = 0;
+    is_well = std::from_chars(first, end, upper, 16).ptr == end;
+    float& number = encoding.data()[i];
+    number = std::bit_cast<float>(std::uint32_t{upper} << 16U);
+    is_well = is_well && std::isfinite(number);
+  }
+  if (!is_well) field.fail(fmt::format("expected frames of {} numbers", WordNetwork::kEncodedNumbers));
+  return encoding;
 }
 
 template <typename Value>
@@ -84,14 +107,15 @@ class WordNetwork::Asking {
     network_.waiting_.push_back(std::move(child_));
   }
 
-  /// What `parse` makes of the line of JSON that answers a sound. `text`: its words, or nothing.
+  /// What `parse` makes of the line of JSON that answers a sound. `text`: its words, empty where they are asked for;
+  /// none: the sound is to be encoded.
   template <typename Parse>
-  auto answerTo(std::span<const std::int16_t> sound, std::string_view text, Parse parse,
+  auto answerTo(std::span<const std::int16_t> sound, std::optional<std::string_view> text, Parse parse,
                 const std::stop_token& stop = {}) {
     const std::array<std::uint32_t, 2> head{static_cast<std::uint32_t>(sound.size()),
-                                            static_cast<std::uint32_t>(text.size())};
+                                            text ? static_cast<std::uint32_t>(text->size()) : kEncoded};
     std::string request(bytesOf(std::span<const std::uint32_t>(head)));
-    request.append(bytesOf(sound)).append(text);
+    request.append(bytesOf(sound)).append(text.value_or(""));
     is_well_ = false;
     auto parsed = parse(child_->ask(request, kStartLimit + kSoundLimit * asReal(sound.size()) / kRateHz, stop));
     is_well_ = true;
@@ -128,6 +152,10 @@ std::vector<std::vector<NetworkWord>> WordNetwork::hear(std::span<const std::spa
   std::vector<std::vector<NetworkWord>> words;
   for (const auto sound : sounds) words.push_back(asking.answerTo(sound, "", parseWords, stop));
   return words;
+}
+
+Eigen::MatrixXf WordNetwork::encode(std::span<const std::int16_t> sound, const std::stop_token& stop) {
+  return Asking(*this).answerTo(sound, std::nullopt, parseEncoding, stop);
 }
 
 void WordNetwork::endWaiting() {

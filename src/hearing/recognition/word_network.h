@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "base/child_process.h"
+#include "base/time.h"
 
 namespace mouthpiece {
 
@@ -58,6 +60,12 @@ class WordNetwork {
   /// sound is too short. Throws the same.
   std::vector<std::optional<TextScore>> score(std::span<const std::span<const std::int16_t>> sounds,
                                               std::span<const std::vector<std::string>> texts);
+
+  /// What its encoder makes of a sound as above: kEncodedNumbers rows, a column every kEncodedStep, the first one's
+  /// middle half of that after the sound's start; none where the sound is too short. Throws the same.
+  Eigen::MatrixXf encode(std::span<const std::int16_t> sound, const std::stop_token& stop = {});
+  static constexpr Eigen::Index kEncodedNumbers = 288;
+  static constexpr Seconds kEncodedStep = 0.024;
 
   /// Ends the programs that nobody asks just now, which have 0.3 GB each; who asks next waits for a start.
   void endWaiting();

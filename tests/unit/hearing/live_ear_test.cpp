@@ -2,16 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/recognition/recogniser.h"
+#include "support/heard_share.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
+
+using test::heardShare;
 
 constexpr double kLearntShare = 0.85, kStrangersShare = 0.65;
 
@@ -27,23 +29,8 @@ std::vector<PhoneSegment> heardBy(LiveEar ear, const AudioClip& audio) {
   return heard;
 }
 
-/// Of the time in which `labels` have phones, the share in which they are heard.
-double shareIn(const std::vector<PhoneSegment>& heard, const SpeechLabels& labels) {
-  Seconds right = 0, said = 0;
-  for (const LabelledPhone& phone : labels.phones) {
-    if (phone.phone == Phone::kSil) continue;
-    said += phone.span.duration();
-    for (const PhoneSegment& segment : heard) {
-      if (segment.phone != phone.phone) continue;
-      right +=
-          std::max(0.0, std::min(segment.span.end, phone.span.end) - std::max(segment.span.start, phone.span.start));
-    }
-  }
-  return right / said;
-}
-
-double heardShare(LiveEar ear, const SpokenLine& line) {
-  return shareIn(heardBy(std::move(ear), line.audio), line.labels);
+double shareHeardBy(LiveEar ear, const SpokenLine& line) {
+  return heardShare(heardBy(std::move(ear), line.audio), line.labels);
 }
 
 std::vector<LabelledSound> linesOf(const char* voice) {
@@ -63,7 +50,7 @@ TEST(LiveEar, HearsASpeakerBetterWhoWasLearntFrom) {
   constexpr double kBetter = 0.10;
   const std::vector<LabelledSound> learnt = linesOf("espeak:en-gb");
   const SpokenLine line = makeVoice("espeak:en-gb")->speak("maybe nobody came to the pump by noon");
-  EXPECT_GT(heardShare(LiveEar(english(), learnt), line), heardShare(LiveEar(english()), line) + kBetter);
+  EXPECT_GT(shareHeardBy(LiveEar(english(), learnt), line), shareHeardBy(LiveEar(english()), line) + kBetter);
 }
 
 /// The mean over lines of the share of what a file's ear hears, without words, that the stream's ear hears as well.
@@ -75,8 +62,9 @@ double likeTheFile(const std::vector<LabelledSound>& speaker, const std::vector<
   const auto file = makeRecogniser(options);
   double share = 0;
   for (const LabelledSound& line : lines) {
-    share += shareIn(heardBy(LiveEar(english(), speaker, look_ahead), line.audio), file->hear(line.audio, "").labels) /
-             asReal(lines.size());
+    share +=
+        heardShare(heardBy(LiveEar(english(), speaker, look_ahead), line.audio), file->hear(line.audio, "").labels) /
+        asReal(lines.size());
   }
   return share;
 }

@@ -13,12 +13,14 @@
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/recognition/live_ear.h"
 #include "support/gust.h"
+#include "support/heard_share.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
+using test::heardShare;
 
 constexpr Seconds kAhead = 1;
 /// What is heard then comes by the clock of the sound, however busy the machine is.
@@ -44,20 +46,6 @@ HeardOn heardOn(const AudioClip& audio, const fs::path& folder = {},
   }
   heard.missed = ear.missedWords();
   return heard;
-}
-
-/// Of the time in which `labels` have phones, the share in which they are heard.
-double rightShare(const std::vector<PhoneSegment>& heard, const SpeechLabels& labels) {
-  Seconds right = 0, said = 0;
-  for (const LabelledPhone& phone : labels.phones) {
-    if (phone.phone == Phone::kSil) continue;
-    said += phone.span.duration();
-    for (const PhoneSegment& segment : heard) {
-      const Seconds both = std::min(segment.span.end, phone.span.end) - std::max(segment.span.start, phone.span.start);
-      if (segment.phone == phone.phone) right += std::max(0.0, both);
-    }
-  }
-  return right / said;
 }
 
 bool isTheSame(const HeardOn& a, const HeardOn& b) {
@@ -86,7 +74,7 @@ TEST(LiveWords, TellWhatIsSaidBetterThanPhonesDo) {
   if (!WordNetwork(network).isThere()) GTEST_SKIP() << "ONNX Runtime is not packed for this processor";
 #endif
   const HeardOn by_words = heardOn(line().audio, network, kAsLongAsItTakes);
-  EXPECT_GT(rightShare(by_words.phones, line().labels), rightShare(phonesAlone().phones, line().labels) + kBetter);
+  EXPECT_GT(heardShare(by_words.phones, line().labels), heardShare(phonesAlone().phones, line().labels) + kBetter);
   EXPECT_EQ(by_words.missed, 0U);
 }
 

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "hearing/recognition/word_network.h"
+
+namespace mouthpiece {
+
+/// Hears the phones of a sound that goes on by the encoder of a network of words, which hears the last second again and
+/// again, in a thread of its own (docs/theory/hearing/recognition.md#phones-of-the-network). What is heard
+/// depends on the sound alone where it is waited for. Not thread-safe.
+class LivePhones {
+ public:
+  /// So many samples are heard at once: 40 ms of 16 kHz.
+  static constexpr std::size_t kHop = 640;
+
+  /// How likely each phone is in some of an ear's frames (kEarStep, kEarShift).
+  struct Heard {
+    std::size_t first = 0;       ///< frame
+    Eigen::MatrixXf posteriors;  ///< phones by their number x frames
+  };
+
+  /// Waits until the network has started, or failed to. With a short `look_ahead` less is heard, and less often.
+  explicit LivePhones(std::shared_ptr<WordNetwork> network, Seconds look_ahead = 0);
+  ~LivePhones();
+  LivePhones(LivePhones&&) noexcept;
+  LivePhones& operator=(LivePhones&&) noexcept;
+
+  /// The next kHop samples; `is_speech`: whether speech is around their end, else they are not heard. `waits`: whether
+  /// what is heard is waited for, a second at most, asked again and again; empty: it is. Returns what a hearing found,
+  /// if one is there.
+  std::optional<Heard> hear(std::span<const std::int16_t> samples, bool is_speech,
+                            const std::function<bool()>& waits = {});
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,113 @@
+#include "hearing/recognition/network_phones.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include "base/byte_reader.h"
+#include "base/errors.h"
+#include "base/index.h"
+#include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/word_network.h"
+#include "phonetics/language/phone.h"
+
+namespace mouthpiece {
+
+extern const std::string_view kPhoneWeights;
+
+namespace {
+
+constexpr std::string_view kMagic = "MPPHONE1";
+/// Frames before and after the one that is told.
+constexpr Eigen::Index kContext = 2;
+constexpr std::uint32_t kMostUnits = 1024;
+/// The network's logarithms count so much where both are asked, the ear's for the rest; a phone that one of them thinks
+/// less likely than this still may be.
+constexpr float kNetworkShare = 0.7F, kLeastLikely = 1e-4F;
+
+/// One hidden layer of rectified units. Numbers that it takes are brought to a mean of 0 and a deviation of 1.
+struct Perceptron {
+  Eigen::VectorXf mean, inverse_deviation;
+  Eigen::MatrixXf hidden, output;  ///< units x numbers of all frames, phones x units
+  Eigen::VectorXf hidden_bias, output_bias;
+};
+
+/// Row after row, the upper 16 bits of each number.
+Eigen::MatrixXf readMatrix(ByteReader& reader, Eigen::Index rows, Eigen::Index columns) {
+  Eigen::MatrixXf matrix(rows, columns);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    for (Eigen::Index column = 0; column < columns; ++column)
+      matrix(row, column) = std::bit_cast<float>(std::uint32_t{reader.readU16()} << 16U);
+  }
+  if (!matrix.allFinite()) reader.fail("a weight is not finite; expected numbers");
+  return matrix;
+}
+
+Perceptron readPerceptron(std::string_view bytes) {
+  ByteReader reader(bytes, "network_phones.weights");
+  if (reader.readBytes(kMagic.size()) != kMagic) reader.fail("found another file; expected weights of phones");
+  const std::uint32_t units = reader.readU32();
+  if (units < 1 || units > kMostUnits) reader.fail(fmt::format("found {} units; expected 1 to {}", units, kMostUnits));
+  constexpr Eigen::Index kInputs = (2 * kContext + 1) * WordNetwork::kEncodedNumbers;
+  Perceptron read;
+  read.mean = readMatrix(reader, WordNetwork::kEncodedNumbers, 1);
+  read.inverse_deviation = readMatrix(reader, WordNetwork::kEncodedNumbers, 1);
+  read.hidden = readMatrix(reader, units, kInputs);
+  read.hidden_bias = readMatrix(reader, units, 1);
+  read.output = readMatrix(reader, signedIndex(kPhoneCount), units);
+  read.output_bias = readMatrix(reader, signedIndex(kPhoneCount), 1);
+  if (reader.remaining() != 0) reader.fail(fmt::format("found {} bytes more; expected the end", reader.remaining()));
+  return read;
+}
+
+}  // namespace
+
+Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded) {
+  static const Perceptron perceptron = readPerceptron(kPhoneWeights);
+  MOUTHPIECE_EXPECT(encoded.rows() == perceptron.mean.size() && encoded.cols() > 0);
+  const Eigen::Index numbers = encoded.rows(), frames = encoded.cols();
+  const Eigen::MatrixXf normalised =
+      ((encoded.colwise() - perceptron.mean).array().colwise() * perceptron.inverse_deviation.array()).matrix();
+  Eigen::MatrixXf context(perceptron.hidden.cols(), frames);
+  for (Eigen::Index frame = 0; frame < frames; ++frame) {
+    for (Eigen::Index at = 0; at <= 2 * kContext; ++at) {
+      context.col(frame).segment(at * numbers, numbers) =
+          normalised.col(std::clamp<Eigen::Index>(frame + at - kContext, 0, frames - 1));
+    }
+  }
+  const Eigen::MatrixXf units = ((perceptron.hidden * context).colwise() + perceptron.hidden_bias).cwiseMax(0.0F);
+  Eigen::MatrixXf phones = (perceptron.output * units).colwise() + perceptron.output_bias;
+  for (auto column : phones.colwise()) {
+    column = (column.array() - column.maxCoeff()).exp().matrix();
+    column /= column.sum();
+  }
+  return phones;
+}
+
+Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eigen::Index first, Eigen::Index count) {
+  Eigen::MatrixXf at(phones.rows(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Seconds middle = kEarShift + (asReal(first + i) + 0.5) * kEarStep;
+    const double place = std::clamp((middle - start) / WordNetwork::kEncodedStep - 0.5, 0.0, asReal(phones.cols() - 1));
+    const auto before = static_cast<Eigen::Index>(place);
+    const auto share = asFloat(place - asReal(before));
+    at.col(i) = (1 - share) * phones.col(before) + share * phones.col(std::min(before + 1, phones.cols() - 1));
+  }
+  return at;
+}
+
+Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,
+                            const Eigen::Ref<const Eigen::MatrixXf>& by_network) {
+  Eigen::MatrixXf both = (kNetworkShare * (by_network.array() + kLeastLikely).log() +
+                          (1 - kNetworkShare) * (by_ear.array() + kLeastLikely).log())
+                             .exp()
+                             .matrix();
+  for (auto column : both.colwise()) column /= column.sum();
+  return both;
+}
+
+}  // namespace mouthpiece
