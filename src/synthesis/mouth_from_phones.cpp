@@ -26,7 +26,8 @@ double presenceAt(const TimeSpan& span, Seconds time, const PresenceShape& shape
   return 0.5 * (1 + std::cos(std::numbers::pi * u));
 }
 
-/// Every phone that is present at any of `times` (rising), with how much it is, in (0, 1]: 1 between its ramps.
+/// Every phone that is present at any of `times` (rising), with how much it is, in (0, 1]: 1 between its ramps. Phones
+/// stand in the order of their starts.
 void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times, const PresenceShape& shape,
                      const std::function<void(std::size_t time, const LabelledPhone& said, double presence)>& visit) {
   const auto& phones = labels.phones;
@@ -112,6 +113,10 @@ SpeechLabels sealing(const SpeechLabels& labels) {
     if (i > 0 && !waits(labels.phones[i - 1])) said.span.start += kSealReach;
     if (i + 1 < labels.phones.size() && !waits(labels.phones[i + 1])) said.span.end -= kSealReach;
   }
+  // A pause that is shorter than that begins after the phone that follows it.
+  std::stable_sort(
+      sealing.phones.begin(), sealing.phones.end(),
+      [](const LabelledPhone& one, const LabelledPhone& other) { return one.span.start < other.span.start; });
   return sealing;
 }
 

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
-#include "units/file/corpus.h"
+#include "support/tiny_corpus.h"
+#include "synthesis/curve_model.h"
+#include "synthesis/tongue.h"
 
 namespace mouthpiece {
 namespace {
@@ -100,6 +102,22 @@ TEST(Lips, AreNotSealedInAShortVBeforeAB) {
   EXPECT_EQ(lips[at(b.start + 0.01)].tuck, 0);
 }
 
+/// A silence that is shorter than lips take to part seals nothing, and hides no closure that comes after it.
+TEST(Lips, CloseWithoutASkipAfterAShortPause) {
+  constexpr double kMostOfSeal = 1.5708 / 0.050 / kRateHz;  // a cosine ramp of 50 ms
+  for (const Seconds pause : {0.01, 0.03, 0.05, 0.065}) {
+    SpeechLabels labels = labelsOf({Phone::kAA, Phone::kSil, Phone::kM, Phone::kAA});
+    labels.phones[2].span.end = labels.phones[2].span.start + pause;
+    for (std::size_t i = 3; i < labels.phones.size(); ++i) {
+      labels.phones[i].span.start += pause - kPhone;
+      labels.phones[i].span.end += pause - kPhone;
+    }
+    const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+    for (std::size_t i = 1; i < lips.size(); ++i)
+      EXPECT_LE(std::abs(lips[i].seal - lips[i - 1].seal), kMostOfSeal + 1e-6) << pause << " s, frame " << i;
+  }
+}
+
 /// Silence has no lips to keep shut: the lower one is on its way before an F sounds, and goes back after it.
 TEST(Lips, AreAtTheTeethWhenAnFAfterAPauseSounds) {
   constexpr double kMostAFrame = 0.3;  // of the way, in a sixtieth
@@ -125,6 +143,70 @@ TEST(Lips, RoundInWAndAtTheEndOfOw) {
   EXPECT_GT(lips[frameAt(4.9)].rounding, 0.7);
 }
 
+/// Where a sound is told in IPA the lips do what it says, not what the phone nearest to it does.
+TEST(Lips, OfASoundInIpaAreItsOwn) {
+  SpeechLabels labels = labelsOf({Phone::kB, Phone::kIY, Phone::kB, Phone::kW, Phone::kAW});
+  labels.phones[1].ipa = "β";
+  labels.phones[2].ipa = "y";
+  labels.phones[3].ipa = "b";
+  labels.phones[4].ipa = "ɰ";
+  labels.phones[5].ipa = "aʊ";
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  EXPECT_EQ(lips[frameAt(1.5)].seal, 0);
+  EXPECT_GT(lips[frameAt(1.5)].parting, 0.1F);
+  EXPECT_LT(lips[frameAt(1.5)].parting, 0.2F);
+  EXPECT_EQ(lips[frameAt(2.5)].rounding, 1);
+  EXPECT_EQ(lips[frameAt(3.5)].seal, 1);
+  EXPECT_EQ(lips[frameAt(4.5)].rounding, 0);
+  EXPECT_LT(lips[frameAt(5.1)].rounding, 0.2);
+  EXPECT_GT(lips[frameAt(5.9)].rounding, 0.7);
+}
+
+TEST(Lips, RoundHalfWayInAPhoneThatTakesNoTime) {
+  SpeechLabels labels = labelsOf({Phone::kAW});
+  labels.phones[1].span.end = labels.phones[1].span.start;
+  const Seconds at = labels.phones[1].span.start;
+  EXPECT_NEAR(lipsFromPhones(labels, std::vector{at})[0].rounding, 0.5, 1e-6);
+}
+
+TEST(Lips, AreLeftToRoundWhatTheCaptureHasNotShown) {
+  Corpus corpus = samples::tinyCorpus();
+  VisemePoses poses = learnPoses(corpus);
+  poses.lips.setZero();
+  const char* const corners[] = {"LIP_CORNER_R", "LIP_CORNER_L"};
+  for (const std::size_t i : {0U, 1U}) corpus.layout.markers[2 + i].name = poses.marker_names[2 + i] = corners[i];
+  corpus.neutral_pose_mm << 0, 5, 0, 0, -5, 0, -25, 0, 0, 25, 0, 0;
+  const auto unseen = [&] {
+    corpus.viseme_poses = posesToJson(poses);
+    return unseenRounding(corpus);
+  };
+  EXPECT_DOUBLE_EQ(unseen().narrowing, kRounded.narrowing);
+  EXPECT_DOUBLE_EQ(unseen().protrusion, kRounded.protrusion);
+  // W is 5 of 50 mm narrower, UW 1.5 mm further forward.
+  poses.lips(static_cast<Eigen::Index>(Viseme::kW), 6) = 2.5;
+  poses.lips(static_cast<Eigen::Index>(Viseme::kW), 9) = -2.5;
+  for (const Eigen::Index z : {2, 5}) poses.lips(static_cast<Eigen::Index>(Viseme::kOo), z) = 1.5;
+  EXPECT_NEAR(unseen().narrowing, kRounded.narrowing - 0.1, 1e-6);
+  EXPECT_NEAR(unseen().protrusion, kRounded.protrusion - 0.03, 1e-6);
+  poses.lips(static_cast<Eigen::Index>(Viseme::kW), 6) = 10;
+  EXPECT_EQ(unseen().narrowing, 0) << "more than lips need is no less";
+  corpus.layout.markers[3].name = "BROW";
+  poses.marker_names[3] = "BROW";
+  EXPECT_EQ(unseen().protrusion, 0) << "a mouth without corners has no width";
+}
+
+TEST(Lips, PartAndRoundAsEachPhoneAsks) {
+  const SpeechLabels labels = labelsOf({Phone::kTH, Phone::kAA, Phone::kSH, Phone::kIY, Phone::kR, Phone::kOW});
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  EXPECT_EQ(lips[frameAt(1.5)].parting, 1);
+  EXPECT_EQ(lips[frameAt(2.2)].parting, 0.4F) << "60 ms after a TH";
+  EXPECT_NEAR(lips[frameAt(2.5)].rounding, 0, 1e-6);
+  EXPECT_NEAR(lips[frameAt(3.5)].rounding, 0.6, 1e-6);
+  EXPECT_NEAR(lips[frameAt(4.5)].rounding, 0, 1e-6);
+  EXPECT_NEAR(lips[frameAt(5.5)].rounding, 0.3, 1e-6);
+  EXPECT_NEAR(lips[frameAt(6.1)].rounding, 0.64, 1e-6) << "a tenth of the way from 0.6 to 1";
+}
+
 TEST(Lips, OfACorpusThatKeepsNoPosesAreLeftAsTheyAre) {
   const LipRounding unseen = unseenRounding(Corpus{});
   EXPECT_EQ(unseen.narrowing, 0);
@@ -140,6 +222,28 @@ TEST(Lips, ComeAndGoWithoutASkip) {
     EXPECT_LE(std::abs(lips[i].seal - lips[i - 1].seal), kMostOfSeal + 1e-6) << i;
     EXPECT_LE(std::abs(lips[i].parting - lips[i - 1].parting), kMostOfParting + 1e-6) << i;
   }
+}
+
+TEST(Tongue, GoesWhereThePhoneAsksItToAndBack) {
+  const SpeechLabels labels = labelsOf({Phone::kTH, Phone::kAA, Phone::kT, Phone::kK, Phone::kAA});
+  const std::vector<Seconds> times = timesOf(labels);
+  const std::vector<TonguePose> poses = tongueFromPhones(labels, times);
+  for (std::size_t phone = 0; phone < labels.phones.size(); ++phone) {
+    const TongueTarget& target = rowOf(labels.phones[phone].phone).tongue;
+    const TonguePose& pose = poses[frameAt(asReal(phone) + 0.5)];
+    EXPECT_EQ(pose.tip_up, target.tip_up) << phone;
+    EXPECT_EQ(pose.tip_forward, target.tip_forward) << phone;
+    EXPECT_EQ(pose.back_up, target.back_up) << phone;
+  }
+  EXPECT_EQ(poses[frameAt(3.5)].tip_up, 1);
+  EXPECT_EQ(poses[frameAt(1.5)].tip_forward, 1);
+  EXPECT_EQ(poses[frameAt(4.5)].back_up, 1);
+  SpeechLabels brief = labels;  // its T lasts 20 ms: whole in its middle
+  brief.phones[3].span = {labels.phones[3].span.middle() - 0.01, labels.phones[3].span.middle() + 0.01};
+  EXPECT_EQ(tongueFromPhones(brief, std::vector{brief.phones[3].span.middle()})[0].tip_up, 1);
+  constexpr double kMost = 1.5708 / 0.100 / kRateHz;  // a cosine ramp of 100 ms
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    EXPECT_LE(std::abs(poses[i].tip_up - poses[i - 1].tip_up), kMost + 1e-6);
 }
 
 }  // namespace
