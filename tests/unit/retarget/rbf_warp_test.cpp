@@ -85,6 +85,8 @@ TEST(RbfWarp, TheNeutralPoseLandsOnTheTargetEvenWhenSmoothed) {
   const MarkerPositions target = bent(actor);
   const RbfWarp warp = RbfWarp::fit(actor, target, {.regularization = 0.1});
   EXPECT_GT(warp.summary().landmark_max, 1e-3) << "regularisation has no effect";
+  const double total = (warp.targetFromActor(actor) - target).norm();
+  EXPECT_NEAR(warp.summary().landmark_rms, total / std::sqrt(static_cast<double>(kMarkers)), 1e-9);
   PositionMatrix frames(1, 3 * kMarkers);
   frames.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.data(), actor.size());
   const PositionMatrix mapped = warp.targetFromActorRelative(frames, actor);
@@ -119,6 +121,37 @@ TEST(RbfWarp, TheChosenShapeIsNotWorseThanAnyOther) {
   for (const double factor : {0.5, 1.0, 2.0, 4.0}) {
     options.shape_factor = factor;
     EXPECT_LE(chosen, leaveOneOutRms(actor, target, options) + 1e-12) << factor;
+  }
+}
+
+/// What the kernel's width is told by, computed by another route.
+TEST(RbfWarp, TheShapeIsAMultipleOfTheMarkersSpacing) {
+  const MarkerPositions actor = scattered(14), target = bent(actor), elsewhere = scattered(15);
+  double spacing = 0;
+  for (Eigen::Index i = 0; i < kMarkers; ++i) {
+    Eigen::VectorXd others = (actor.rowwise() - actor.row(i)).rowwise().norm();
+    others(i) = 1000;
+    spacing += others.minCoeff() / static_cast<double>(kMarkers);
+  }
+  const RbfWarp warp = RbfWarp::fit(actor, target, {.shape_factor = 1.5});
+  const RbfInterpolant same = RbfInterpolant::fit(actor, target, {.shape = 1.5 * spacing});
+  EXPECT_LT((warp.targetFromActor(elsewhere) - same.evaluate(elsewhere)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// A smooth map is the triharmonic kernel's; places that are off leave little to choose: the paper's stays.
+TEST(RbfWarp, TakesAnotherKernelWhereItErrsClearlyLess) {
+  for (const unsigned seed : {51U, 52U, 53U, 54U}) {
+    SCOPED_TRACE(seed);
+    const MarkerPositions actor = scattered(seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    const auto kernelFor = [&](const MarkerPositions& target) {
+      return RbfWarp::fit(actor, target, {.any_kernel = true}).options().kernel;
+    };
+    EXPECT_EQ(kernelFor(bent(actor)), RbfKernel::kTriharmonic);
+    MarkerPositions off = bent(actor);
+    for (Eigen::Index i = 0; i < off.size(); ++i) off.data()[i] += 1.5 * normal(random);
+    EXPECT_EQ(kernelFor(off), RbfKernel::kInverseMultiquadric);
   }
 }
 
