@@ -12,9 +12,8 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "base/json_text.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/glb_chunks.h"
+#include "deform/mesh/glb_document.h"
 #include "deform/mesh/glb_nodes.h"
 #include "deform/mesh/glb_scene.h"
 
@@ -31,75 +30,31 @@ std::array<std::uint32_t, 3> sorted(Triangle t) {
   return {t[0], t[1], t[2]};
 }
 
-template <typename T>
-std::string bytesOf(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
-}
-
-/// Counts what names each accessor; a number inside of an extension may be one.
-void countUses(const json& value, bool in_extension, std::map<std::size_t, int>& uses) {
-  if (in_extension && value.is_number_unsigned()) ++uses[value.get<std::size_t>()];
-  if (!value.is_structured()) return;
-  for (const auto& [key, entry] : value.items()) {
-    const bool names_one =
-        value.is_object() && (key == "indices" || key == "input" || key == "output" || key == "inverseBindMatrices");
-    if (names_one && entry.is_number_unsigned()) ++uses[entry.get<std::size_t>()];
-    if (value.is_object() && key == "attributes" && entry.is_object()) {
-      for (const json& attribute : entry) countUses(attribute, true, uses);
-    } else if (value.is_object() && key == "targets" && entry.is_array()) {
-      countUses(entry, true, uses);
-    } else if (key != "extras") {
-      countUses(entry, in_extension || (value.is_object() && key == "extensions"), uses);
-    }
-  }
-}
-
-/// Every place where a view is named, extensions' too: they all call it so.
-template <typename Take>
-void eachView(json& value, const Take& take) {
-  if (!value.is_structured()) return;
-  for (auto& [key, entry] : value.items()) {
-    if (value.is_object() && key == "bufferView" && entry.is_number_unsigned())
-      take(entry);
-    else if (key != "extras")
-      eachView(entry, take);
-  }
-}
-
 class GlbGrower {
  public:
   /// `run`: the list of vertices that all which is new goes with.
   GlbGrower(std::string_view glb, std::string_view file, GlbRun run, const FaceMesh& given, const GrownMesh& grown)
-      : file_(file), nodes_(glb, file), given_(given), grown_(grown), run_(std::move(run)) {
-    const GlbChunks chunks = glbChunks(glb, file);
-    root_ = json::parse(chunks.json);
-    binary_ = chunks.binary;
-    const json buffers = root_.value("buffers", json::array());
-    if (buffers.empty() || buffers[0].contains("uri")) fail("keeps its data outside of the file");
-    for (const char* list : {"meshes", "skins", "animations", "extensions"})
-      countUses(root_.value(list, json()), false, uses_);
+      : file_(file), nodes_(glb, file), document_(glb, file), given_(given), grown_(grown), run_(std::move(run)) {
     for (const std::uint32_t parent : grown.parents) parents_.push_back(parent - run_.first_vertex);
   }
 
   std::string bytes() {
     findChanges();
-    json& mesh = root_.at("meshes").at(unsignedIndex(run_.mesh));
-    for (const std::size_t p : run_.primitives) countUsesHere(mesh["primitives"].at(p));
+    json& mesh = root().at("meshes").at(unsignedIndex(run_.mesh));
+    for (const std::size_t p : run_.primitives) claim(mesh["primitives"].at(p));
     for (const std::size_t p : run_.primitives) {
       changeIndices(mesh["primitives"].at(p));
       lengthenAttributes(mesh["primitives"].at(p));
     }
     for (std::size_t p = given_.parts.size(); p < grown_.mesh.parts.size(); ++p)
       addPart(mesh["primitives"], grown_.mesh.parts[p]);
-    dropUnseenViews();
-    dropUnseenBytes();
-    root_["buffers"][0]["byteLength"] = binary_.size();
-    return glbOf(jsonText(root_), std::move(binary_));
+    return document_.bytes();
   }
 
  private:
   [[noreturn]] void fail(std::string_view what) const { throw InputError(std::string(file_), "", what); }
 
+  [[nodiscard]] json& root() { return document_.root(); }
   [[nodiscard]] std::size_t givenCount() const { return given_.vertexCount(); }
   [[nodiscard]] std::size_t newVertices() const { return grown_.parents.size(); }
 
@@ -129,48 +84,6 @@ class GlbGrower {
 
   [[nodiscard]] Eigen::Matrix3f meshFromScene(std::size_t local_vertex) const {
     return run_.sceneFromMesh(local_vertex).inverse();
-  }
-
-  /// `target`, `stride`: 0 for none.
-  std::size_t putView(const std::string& bytes, int target, std::size_t stride) {
-    binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
-    json view{{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", bytes.size()}};
-    if (target > 0) view["target"] = target;
-    if (stride > 0) view["byteStride"] = stride;
-    binary_ += bytes;
-    root_["bufferViews"].push_back(std::move(view));
-    return root_["bufferViews"].size() - 1;
-  }
-
-  /// Puts `bytes` of `accessor`'s shape where it is, or beside it where something else names it, too.
-  std::size_t putAccessor(std::size_t old, json accessor, const std::string& bytes, int target, std::size_t stride) {
-    accessor.erase("sparse");
-    accessor.erase("byteOffset");
-    accessor["bufferView"] = putView(bytes, target, stride);
-    return keep(old, std::move(accessor));
-  }
-
-  /// The same for elements that are mostly zero: those that are not, and where they stand.
-  std::size_t putSparse(std::size_t old, json accessor, const std::vector<std::uint32_t>& places,
-                        const std::string& values) {
-    for (const char* key : {"sparse", "byteOffset", "bufferView"}) accessor.erase(key);
-    if (!places.empty()) {
-      const json indices{{"bufferView", putView(bytesOf(places), 0, 0)},
-                         {"componentType", TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT}};
-      accessor["sparse"] = {
-          {"count", places.size()}, {"indices", indices}, {"values", {{"bufferView", putView(values, 0, 0)}}}};
-    }
-    return keep(old, std::move(accessor));
-  }
-
-  std::size_t keep(std::size_t old, json accessor) {
-    json& accessors = root_["accessors"];
-    if (uses_[old] <= uses_here_[old]) {
-      accessors.at(old) = std::move(accessor);
-      return old;
-    }
-    accessors.push_back(std::move(accessor));
-    return accessors.size() - 1;
   }
 
   /// What new vertices of an attribute are: as their parents, as the mesh is coloured, or, where they belong to a new
@@ -226,7 +139,7 @@ class GlbGrower {
       if (fresh == Fresh::kColours)
         putColour(accessor.componentType, grown_.mesh.vertex_colors[givenCount() + i], element);
     }
-    json made = root_.at("accessors").at(old);
+    json made = root().at("accessors").at(old);
     made["count"] = run_.count + newVertices();
     if (fresh != Fresh::kAsParents) {
       made.erase("min");
@@ -241,9 +154,9 @@ class GlbGrower {
       moves.append(bytes, v * stride, width);
     }
     const bool is_sparse = is_shape && moves.size() + sizeof(moved[0]) * moved.size() < bytes.size();
-    return lengthened_[old] = is_sparse
-                                  ? putSparse(old, std::move(made), moved, moves)
-                                  : putAccessor(old, std::move(made), bytes, TINYGLTF_TARGET_ARRAY_BUFFER, stride);
+    return lengthened_[old] =
+               is_sparse ? document_.putSparse(old, std::move(made), moved, moves)
+                         : document_.putAccessor(old, std::move(made), bytes, TINYGLTF_TARGET_ARRAY_BUFFER, stride);
   }
 
   /// Red, green and blue as numbers of the component's type; an alpha behind them stays.
@@ -270,7 +183,8 @@ class GlbGrower {
       made["min"] = low;
       made["max"] = high;
     }
-    return lengthened_[old] = putAccessor(old, std::move(made), bytesOf(values), TINYGLTF_TARGET_ARRAY_BUFFER, 0);
+    return lengthened_[old] =
+               document_.putAccessor(old, std::move(made), bytesOf(values), TINYGLTF_TARGET_ARRAY_BUFFER, 0);
   }
 
   /// Places as they are in the mesh's own space, in floats.
@@ -309,16 +223,16 @@ class GlbGrower {
     return putVec3(old, values, false);
   }
 
-  void countUsesHere(const json& primitive) {
+  void claim(const json& primitive) {
     const json targets = primitive.value("targets", json::array());
-    for (const json& accessor : primitive.at("attributes")) ++uses_here_[accessor.get<std::size_t>()];
+    for (const json& accessor : primitive.at("attributes")) document_.claim(accessor.get<std::size_t>());
     for (const json& target : targets) {
       for (const auto& [name, accessor] : target.items()) {
-        ++uses_here_[accessor.get<std::size_t>()];
+        document_.claim(accessor.get<std::size_t>());
         if (name == "POSITION") moves_.insert(accessor.get<std::size_t>());
       }
     }
-    if (primitive.contains("indices")) ++uses_here_[primitive["indices"].get<std::size_t>()];
+    if (primitive.contains("indices")) document_.claim(primitive["indices"].get<std::size_t>());
   }
 
   void lengthenAttributes(json& primitive) {
@@ -362,11 +276,9 @@ class GlbGrower {
   std::size_t addIndices(const json& primitive, const std::vector<std::uint32_t>& indices) {
     json made{{"componentType", TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT}, {"type", "SCALAR"}, {"count", indices.size()}};
     if (primitive.contains("indices"))
-      return putAccessor(primitive["indices"], std::move(made), bytesOf(indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
-                         0);
-    made["bufferView"] = putView(bytesOf(indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, 0);
-    root_["accessors"].push_back(std::move(made));
-    return root_["accessors"].size() - 1;
+      return document_.putAccessor(primitive["indices"], std::move(made), bytesOf(indices),
+                                   TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, 0);
+    return document_.addAccessor(std::move(made), bytesOf(indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
   }
 
   void addPart(json& primitives, const MeshPart& part) {
@@ -385,7 +297,7 @@ class GlbGrower {
   }
 
   std::size_t addMaterial(const MeshPart& part) {
-    json& materials = root_["materials"];
+    json& materials = root()["materials"];
     if (!materials.is_array()) materials = json::array();
     materials.push_back(
         {{"name", part.name},
@@ -394,62 +306,21 @@ class GlbGrower {
           {{"baseColorFactor", part.base_color}, {"metallicFactor", 0}, {"roughnessFactor", part.roughness}}}});
     // VRM 0 has an entry a material.
     const json::json_pointer vrm("/extensions/VRM/materialProperties");
-    if (root_.contains(vrm) && root_[vrm].is_array())
-      root_[vrm].push_back({{"name", part.name}, {"shader", "VRM_USE_GLTFSHADER"}, {"renderQueue", 2000}});
+    if (root().contains(vrm) && root()[vrm].is_array())
+      root()[vrm].push_back({{"name", part.name}, {"shader", "VRM_USE_GLTFSHADER"}, {"renderQueue", 2000}});
     return materials.size() - 1;
-  }
-
-  /// Takes out views that nothing names.
-  void dropUnseenViews() {
-    std::set<std::size_t> seen;
-    eachView(root_, [&](json& number) { seen.insert(number.get<std::size_t>()); });
-    json kept = json::array();
-    std::map<std::size_t, std::size_t> renamed;
-    for (const std::size_t view : seen) {
-      renamed[view] = kept.size();
-      kept.push_back(root_["bufferViews"].at(view));
-    }
-    eachView(root_, [&](json& number) { number = renamed.at(number.get<std::size_t>()); });
-    root_["bufferViews"] = std::move(kept);
-  }
-
-  /// Takes out of the chunk what no view shows, unless views overlap.
-  void dropUnseenBytes() {
-    std::vector<json*> views;
-    for (json& view : root_["bufferViews"]) {
-      if (view.value("buffer", std::size_t{0}) == 0) views.push_back(&view);
-      if (view.contains("extensions")) return;
-    }
-    const auto offsetOf = [](const json* view) { return view->value("byteOffset", std::size_t{0}); };
-    std::sort(views.begin(), views.end(), [&](const json* a, const json* b) { return offsetOf(a) < offsetOf(b); });
-    std::size_t end = 0;
-    for (const json* view : views) {
-      if (offsetOf(view) < end) return;
-      end = offsetOf(view) + view->at("byteLength").get<std::size_t>();
-      if (end > binary_.size()) return;
-    }
-    std::string kept;
-    for (json* view : views) {
-      kept.resize((kept.size() + 3) / 4 * 4, '\0');
-      const std::size_t from = offsetOf(view);
-      (*view)["byteOffset"] = kept.size();
-      kept.append(binary_, from, view->at("byteLength").get<std::size_t>());
-    }
-    binary_ = std::move(kept);
   }
 
   std::string_view file_;
   GlbNodes nodes_;
+  GlbDocument document_;
   const FaceMesh& given_;
   const GrownMesh& grown_;
-  json root_;
-  std::string binary_;
   GlbRun run_;
   std::vector<std::size_t> parents_;                ///< of the new vertices, in the list
   std::set<std::array<std::uint32_t, 3>> lower_;    ///< triangles of the given mesh under the cut
   std::map<std::uint32_t, std::uint32_t> doubles_;  ///< of given vertices, in the list
   std::set<std::size_t> double_numbers_;            ///< the doubles themselves
-  std::map<std::size_t, int> uses_, uses_here_;     ///< of accessors: in the file, in the primitives over the list
   std::set<std::size_t> moves_;                     ///< accessors of shapes' moves; zeros are often their turns, too
   std::map<std::size_t, std::size_t> lengthened_;   ///< accessors that are done
 };
