@@ -366,6 +366,38 @@ TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
   ASSERT_NE(faultOf(found, "warp fold-overs in use"), nullptr);
 }
 
+/// Brows half as far from the middle as the actor's: the warp that errs least folds skin between them over, a smoother
+/// one does not. Where none of them helps the one that errs least stays.
+TEST_F(FaceJudgeTest, ASmootherWarpIsTakenWhereTheBestOneFoldsSkin) {
+  const test::MadeUpActor actor = test::madeUpActor();
+  FitRequest request;
+  request.marker_names = actor.names;
+  request.actor_neutral_mm = actor.neutral_mm;
+  request.warp.any_kernel = true;
+  for (const double narrow : {0.5, 0.3}) {
+    SCOPED_TRACE(narrow);
+    Anchors anchors = test::defaultFace().anchors;
+    for (std::size_t i = 0; i < actor.names.size(); ++i) {
+      Eigen::Vector3d place = file_.marker_targets.row(signedIndex(i)).transpose();
+      if (actor.names[i].starts_with("BROW_")) place.x() *= narrow;
+      anchors.markers[actor.names[i]] = place;
+    }
+    FaceMesh mesh = test::defaultFace().mesh;
+    FaceFile face = fitFace(mesh, anchors, "narrow brows", request);
+    const WarpOptions taken = face.warp;
+    const std::size_t folds = checkFace(face, mesh).fold_overs;
+    face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
+    EXPECT_GT(checkFace(face, mesh).fold_overs, 0U) << "of the one that errs least";
+    if (narrow == 0.5) {
+      EXPECT_EQ(folds, 0U);
+      EXPECT_GT(taken.regularization, face.warp.regularization);
+    } else {
+      EXPECT_EQ(taken.regularization, face.warp.regularization);
+      EXPECT_EQ(taken.kernel, face.warp.kernel);
+    }
+  }
+}
+
 /// The guide's table is the code's.
 TEST(FaceLimits, StandInTheGuide) {
   const std::string guide = test::readAll(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/guides/fit_a_face.md");
