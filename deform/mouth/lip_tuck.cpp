@@ -19,6 +19,7 @@ constexpr double kShown = 0.03;        ///< the upper lip shows so much of the t
 constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there is no row of teeth
 constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
 constexpr double kFades = 0.5;         ///< of it, on which that ends
+constexpr double kPassesUnder = 0.04;  ///< on its way the lower rim passes so far under the upper one
 constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
 /// Without teeth nothing but the lip tells an F: its outer edge goes by so much of what its rim is then over and behind
 /// it, so that thick lips and thin ones get thinner by the same share.
@@ -27,6 +28,10 @@ constexpr double kThinnedUp = 0.3, kThinnedBack = 0.2;
 /// of mouths, which thin lips lie close before, go along little. Without teeth the edge goes up further, and the chin
 /// with it, or it would bulge.
 constexpr double kSkinReach = 0.45, kSkinShare = 0.4, kToothlessSkinReach = 0.8;
+
+/// How far a lip that is tucked by `tuck` goes down to pass under the other's edge: not at all at both ends, wholly at
+/// two thirds, where it would go through that edge.
+double goesUnder(double tuck) { return 27.0 / 4 * tuck * tuck * (1 - tuck); }
 
 /// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
 bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
@@ -139,6 +144,8 @@ void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const
     points.row(lower_rim) += share * way;
     Eigen::RowVector3d edge_way = kMarkerShare * way;
     if (!has_teeth) {
+      const double under = points(upper_rim, 1) - points(lower_rim, 1);
+      points(lower_rim, 1) -= whole * goesUnder(gaps[i].tuck) * std::max(0.0, kPassesUnder * mouth_width_ - under);
       const Eigen::RowVector3d off = points.row(lower_rim) - points.row(lower_marker);
       edge_way = {0, kThinnedUp * off.y(), kThinnedBack * std::min(off.z(), 0.0)};
     }

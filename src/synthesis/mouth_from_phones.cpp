@@ -19,10 +19,12 @@ struct PresenceShape {
   Seconds inside = 0;  ///< below zero: so long before and after the phone it is whole
 };
 
-double presenceAt(const TimeSpan& span, Seconds time, const PresenceShape& shape) {
-  const Seconds inside = std::min(shape.inside, std::max(0.0, 0.5 * span.duration()));
-  const Seconds outside = std::max(span.start + inside - time, time - (span.end - inside));
-  const double u = std::clamp(outside / shape.transition, 0.0, 1.0);
+/// `before` and `after`: how it comes and how it goes.
+double presenceAt(const TimeSpan& span, Seconds time, const PresenceShape& before, const PresenceShape& after) {
+  const auto outside = [&](Seconds beyond, const PresenceShape& shape) {
+    return (beyond + std::min(shape.inside, std::max(0.0, 0.5 * span.duration()))) / shape.transition;
+  };
+  const double u = std::clamp(std::max(outside(span.start - time, before), outside(time - span.end, after)), 0.0, 1.0);
   return 0.5 * (1 + std::cos(std::numbers::pi * u));
 }
 
@@ -37,7 +39,7 @@ void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times,
     const Seconds time = times[frame];
     while (first_near < phones.size() && phones[first_near].span.end + reach < time) ++first_near;
     for (std::size_t i = first_near; i < phones.size() && phones[i].span.start - reach < time; ++i) {
-      if (const double presence = presenceAt(phones[i].span, time, shape); presence > 0)
+      if (const double presence = presenceAt(phones[i].span, time, shape, shape); presence > 0)
         visit(frame, phones[i], presence);
     }
   }
@@ -46,10 +48,7 @@ void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times,
 constexpr PresenceShape kSeal{.transition = 0.050, .inside = -0.020};
 constexpr PresenceShape kParting{.transition = 0.050};
 constexpr PresenceShape kRound{.transition = 0.120, .inside = 0.020};
-/// The same in an F or V: lips go from the teeth to each other at the last moment.
-constexpr PresenceShape kLateSeal{.transition = 0.040, .inside = -0.010};
-constexpr PresenceShape kBesideSeal{.transition = 0.040};
-constexpr PresenceShape kTuck{.transition = 0.090, .inside = 0.015};
+constexpr PresenceShape kTuck{.transition = 0.110, .inside = 0.015};
 
 /// How round the lips are in a viseme.
 float roundness(Viseme viseme) {
@@ -99,25 +98,57 @@ float partingOf(const LabelledPhone& said) {
 
 bool isSealed(const LabelledPhone& said) { return partingOf(said) == 0; }
 
-/// Those of `labels` that seal the lips. Lips stand open before the first sound and come together after the last one:
-/// silence seals only so far from what is said through parted lips that no seal is left there. Beside F and V it seals
-/// as B does (kLateSeal).
-SpeechLabels sealing(const SpeechLabels& labels) {
+/// How lips that touch in phone `i` come together (`step` -1) or part (1). From the teeth and to them they go in the
+/// time between both sounds, but let an F or V be one.
+PresenceShape sealBeside(const std::vector<LabelledPhone>& phones, std::size_t i, std::ptrdiff_t step) {
+  constexpr Seconds kShortest = 0.045, kLongest = 0.100, kHeld = 0.010;
+  const TimeSpan span = phones[i].span;
+  for (std::ptrdiff_t k = signedIndex(i) + step; k >= 0 && k < std::ssize(phones); k += step) {
+    const LabelledPhone& other = phones[unsignedIndex(k)];
+    if (!isSealed(other) && !isLabiodental(other.phone)) continue;
+    const Seconds away = step > 0 ? other.span.start - span.end : span.start - other.span.end;
+    if (away > kLongest + kSeal.transition || !isLabiodental(other.phone)) break;
+    const Seconds held = std::min(-kSeal.inside, kHeld + away / 4);
+    return {std::clamp(away + kTuck.inside - held, kShortest, kLongest), -held};
+  }
+  return kSeal;
+}
+
+/// What silence seals. Lips stand open before the first sound and come together after the last one: silence seals only
+/// so far from what is said through parted lips that no seal is left there. Beside F and V it seals as B does.
+SpeechLabels silences(const SpeechLabels& labels) {
   constexpr Seconds kSealReach = kSeal.transition - kSeal.inside;
   const auto waits = [](const LabelledPhone& said) { return isSealed(said) || isLabiodental(said.phone); };
-  SpeechLabels sealing;
+  SpeechLabels silences;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
-    if (!isSealed(labels.phones[i])) continue;
-    LabelledPhone& said = sealing.phones.emplace_back(labels.phones[i]);
-    if (said.phone != Phone::kSil) continue;
+    if (labels.phones[i].phone != Phone::kSil) continue;
+    LabelledPhone& said = silences.phones.emplace_back(labels.phones[i]);
     if (i > 0 && !waits(labels.phones[i - 1])) said.span.start += kSealReach;
     if (i + 1 < labels.phones.size() && !waits(labels.phones[i + 1])) said.span.end -= kSealReach;
   }
   // A pause that is shorter than that begins after the phone that follows it.
   std::stable_sort(
-      sealing.phones.begin(), sealing.phones.end(),
+      silences.phones.begin(), silences.phones.end(),
       [](const LabelledPhone& one, const LabelledPhone& other) { return one.span.start < other.span.start; });
-  return sealing;
+  return silences;
+}
+
+/// How far the lips of B P M and their kin touch at each of `times`.
+std::vector<float> sealOf(const SpeechLabels& labels, std::span<const Seconds> times) {
+  std::vector<float> seal(times.size(), 0);
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const LabelledPhone& said = labels.phones[i];
+    if (said.phone == Phone::kSil || !isSealed(said)) continue;
+    const PresenceShape before = sealBeside(labels.phones, i, -1), after = sealBeside(labels.phones, i, 1);
+    const auto first =
+        std::lower_bound(times.begin(), times.end(), said.span.start + before.inside - before.transition);
+    const auto last = std::upper_bound(times.begin(), times.end(), said.span.end - after.inside + after.transition);
+    for (auto time = first; time < last; ++time) {
+      float& at = seal[unsignedIndex(time - times.begin())];
+      at = std::max(at, asFloat(presenceAt(said.span, *time, before, after)));
+    }
+  }
+  return seal;
 }
 
 constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
@@ -126,17 +157,11 @@ constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
 std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
-  std::vector<float> silent(times.size(), 0), late(times.size(), 0);
-  const SpeechLabels sealed = sealing(labels);
-  forEachPresence(sealed, times, kSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
-    float& seal = said.phone == Phone::kSil ? silent[frame] : lips[frame].seal;
-    seal = std::max(seal, asFloat(presence));
-  });
-  forEachPresence(sealed, times, kLateSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (said.phone != Phone::kSil) late[frame] = std::max(late[frame], asFloat(presence));
-  });
-  forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);
+  std::vector<float> silent(times.size(), 0);
+  const std::vector<float> sealed = sealOf(labels, times);
+  for (std::size_t frame = 0; frame < lips.size(); ++frame) lips[frame].seal = sealed[frame];
+  forEachPresence(silences(labels), times, kSeal, [&](std::size_t frame, const LabelledPhone&, double presence) {
+    silent[frame] = std::max(silent[frame], asFloat(presence));
   });
   forEachPresence(labels, times, kParting, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isSealed(said)) return;
@@ -151,7 +176,7 @@ std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const 
   for (std::size_t frame = 0; frame < lips.size(); ++frame) {
     LipPose& pose = lips[frame];
     // A B P M holds an F's lip back; silence lets it go as soon as it is on its way.
-    pose.tuck *= 1 - pose.seal;
+    pose.tuck = std::min(pose.tuck, 1 - pose.seal);
     pose.seal = std::max(pose.seal, silent[frame] * (1 - pose.tuck));
     pose.parting *= 1 - pose.seal;
   }

@@ -201,6 +201,22 @@ TEST(LipTuck, ComesAndGoesWithoutAJump) {
   }
 }
 
+/// Lips that touch have the upper one's edge in the way: the lower one passes under it, and does not pop through.
+TEST(LipTuck, PassesUnderTheUpperLipWithoutAJump) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  constexpr int kSteps = 20;
+  const Head head =
+      fitted(test::kSharedFaces / "more/mh_african_female_young.obj",
+             readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/anchors/mh_african_female_young.anchors.json"));
+  VertexPositions before = posed(head, 0);
+  const double way = head.mm() * double{(posed(head, 1) - before).rowwise().norm().maxCoeff()};
+  for (int i = 1; i <= kSteps; ++i) {
+    const VertexPositions now = posed(head, asReal(i) / kSteps);
+    EXPECT_LT(head.mm() * double{(now - before).rowwise().norm().maxCoeff()}, 4 * way / kSteps) << i;
+    before = now;
+  }
+}
+
 /// The face in a frame of the actor's markers, by a phone that is as round as that.
 VertexPositions deformedBy(const FaceRig& rig, const test::MadeUpActor& actor, const MarkerPositions& markers_mm,
                            const LipRounding& unseen, float rounding) {

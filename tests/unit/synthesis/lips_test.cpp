@@ -96,8 +96,8 @@ TEST(Lips, AreNotSealedInAShortVBeforeAB) {
   const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
   const TimeSpan v = labels.phones[2].span, b = labels.phones[3].span;
   const auto at = [](Seconds time) { return static_cast<std::size_t>(std::lround(time * kRateHz)); };
-  EXPECT_LT(lips[at(v.start + 0.015)].seal, 0.1F);
-  EXPECT_GT(lips[at(v.start + 0.015)].tuck, 0.9F);
+  EXPECT_LT(lips[at(v.start + 0.01)].seal, 0.1F);
+  EXPECT_GT(lips[at(v.start + 0.01)].tuck, 0.9F);
   EXPECT_EQ(lips[at(b.start + 0.01)].seal, 1);
   EXPECT_EQ(lips[at(b.start + 0.01)].tuck, 0);
 }
@@ -132,6 +132,45 @@ TEST(Lips, AreAtTheTeethWhenAnFAfterAPauseSounds) {
   EXPECT_EQ(lips[at(kPhone - 0.1)].tuck, 0);
   EXPECT_GT(lips[at(kPhone - 0.1)].seal, 0.95F);
   for (std::size_t i = 1; i < lips.size(); ++i) EXPECT_LT(std::abs(lips[i].tuck - lips[i - 1].tuck), kMostAFrame) << i;
+}
+
+/// The lower lip goes from the upper teeth to the upper lip in the time that there is, and back: it does not pop out.
+TEST(Lips, GlideBetweenTheTeethAndEachOther) {
+  const struct {
+    Seconds between, most_a_frame;  // of the way, in a sixtieth
+  } kNears[] = {{0, 0.6}, {0.06, 0.5}, {0.08, 0.4}, {0.1, 0.3}};
+  constexpr int kFrame = 4;
+  for (const auto& [between, most] : kNears) {
+    for (const bool closes : {true, false}) {
+      const Phone first = closes ? Phone::kV : Phone::kM, last = closes ? Phone::kM : Phone::kV;
+      SpeechLabels labels;
+      Seconds at = 0;
+      const auto say = [&](Phone phone, Seconds length) {
+        LabelledPhone& said = labels.phones.emplace_back();
+        said.phone = phone;
+        said.span = {at, at + length};
+        at += length;
+      };
+      say(Phone::kAA, 0.3);
+      say(first, 0.08);
+      if (between > 0) say(Phone::kUW, between);
+      say(last, 0.08);
+      say(Phone::kAA, 0.3);
+      std::vector<Seconds> times;
+      for (int i = 0; i < at * 60 * kFrame; ++i) times.push_back(i / (60.0 * kFrame));
+      const std::vector<LipPose> lips = lipsFromPhones(labels, times);
+      float furthest_tuck = 0, furthest_seal = 0;
+      for (std::size_t i = kFrame; i < lips.size(); ++i) {
+        ASSERT_LT(std::abs(lips[i].tuck - lips[i - kFrame].tuck), most)
+            << between << ", " << closes << ", " << times[i];
+        furthest_tuck = std::max(furthest_tuck, lips[i].tuck);
+        furthest_seal = std::max(furthest_seal, lips[i].seal);
+        EXPECT_LE(lips[i].tuck + lips[i].seal, 1 + 1e-6F);
+      }
+      EXPECT_GT(furthest_tuck, 0.999F);
+      EXPECT_GT(furthest_seal, 0.999F);
+    }
+  }
 }
 
 TEST(Lips, RoundInWAndAtTheEndOfOw) {
