@@ -18,8 +18,8 @@ namespace mouthpiece {
 
 /// What a LiveStream is told, and how far ahead.
 struct MOUTHPIECE_API LiveOptions {
-  /// A frame is made when so much of what follows it is known: 0.05 to 5. From 0.7 on English words are heard in sound,
-  /// by a program of its own that takes a second to start, unless SpeakerOptions::hear is kPhones.
+  /// A frame is made when so much of what follows it is known: 0.05 to 5. English in sound is heard by a program of its
+  /// own, too, which takes half a second to start: its phones, and its words where SpeakerOptions::hear is kWords.
   Seconds look_ahead = 0.2;
   int sample_rate_hz = 16000;  ///< of the sound that is pushed: 16,000 to 48,000
   /// What is pushed: what it takes to hear or to say it is made ready at once, not when the first of it comes.
@@ -57,9 +57,9 @@ struct MOUTHPIECE_API LiveCounts {
 ///   mouthpiece::LiveStream stream = speaker.live({.look_ahead = 0.2, .sample_rate_hz = 48000});
 ///   stream.push(chunk);                                       // whenever there is some
 ///   while (const mouthpiece::Frame* frame = stream.next()) draw(*frame);
-/// What comes out does not depend on the size of the chunks, nor on when they come unless words are heard and nextNow()
-/// pulls or sound comes no faster than it is said: then words count as soon as they are found, and nothing waits for
-/// them. Memory does not grow with the line; next() and nextNow() allocate nothing after their first frame. One thread
+/// What comes out does not depend on the size of the chunks, nor on when they come unless English sound is heard and
+/// nextNow() pulls or it comes no faster than it is said: then what is heard counts as soon as it is found, and nothing
+/// waits for it. Memory does not grow with the line; next() and nextNow() allocate nothing after their first frame. One thread
 /// may push while another pulls. Shares the speaker's corpus and face, and may outlive it.
 class MOUTHPIECE_API LiveStream {
  public:

@@ -119,7 +119,7 @@ enum mouthpiece_live_source {
 /* Set by mouthpiece_live_options_init() to LiveOptions' defaults. */
 typedef struct mouthpiece_live_options {
   size_t size;         /* of this struct, as the caller knows it */
-  double look_ahead_s; /* 0.05 to 5; from 0.7 on English words are heard in sound */
+  double look_ahead_s; /* 0.05 to 5 */
   int sample_rate_hz;  /* of the sound that is pushed: 16000 to 48000 */
   int source;          /* mouthpiece_live_source */
   int own_voice;       /* not 0: who speaks is the person whose takes the corpus holds */

@@ -163,8 +163,10 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
   open.resize(frames - settled);
   by_network.resize(open.size());
   if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames), waits));
-  const bool is_heard_again =
-      !phones && hears_again && frames > settles && ear.hearAgain(std::min(open.size(), settles), loud.isClean());
+  const bool is_by_network =
+      std::ranges::any_of(by_network, [](const Eigen::VectorXf& frame) { return frame.size() > 0; });
+  const bool is_heard_again = !is_by_network && hears_again && frames > settles &&
+                              ear.hearAgain(std::min(open.size(), settles), loud.isClean());
   const std::size_t again = std::min(open.size(), is_heard_again ? settles : kSettles);
   const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
   for (std::size_t i = 0; i < again; ++i) open[open.size() - again + i] = posteriors.col(signedIndex(i));

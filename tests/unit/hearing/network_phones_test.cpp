@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -20,6 +20,7 @@
 #include "support/error_of.h"
 #include "support/gust.h"
 #include "support/heard_share.h"
+#include "support/hiss.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -84,21 +85,39 @@ TEST_F(NetworkPhones, AreHeardInAStrangersRecording) {
   EXPECT_GT(right / said, kRight);
 }
 
+/// The mean over lines in noise of how much of them is heard.
+double heardInNoise(const std::function<std::vector<PhoneSegment>(const AudioClip&)>& hear) {
+  constexpr double kSnrDb = 20;
+  static const std::vector<SpokenLine> lines = [] {
+    const auto voice = makeVoice("flite:kal16");
+    return std::vector{voice->speak("please bring my mother five big paper boxes"),
+                       voice->speak("nobody shall give you permission to copy the work"),
+                       voice->speak("we moved the blue map above the pump")};
+  }();
+  double share = 0;
+  for (const SpokenLine& said : lines)
+    share += heardShare(hear(test::inHiss(samplesToHear(said.audio), kSnrDb)), said.labels) / asReal(lines.size());
+  return share;
+}
+
 TEST_F(NetworkPhones, TellAStreamMoreThanItsEarDoes) {
-  constexpr double kBetter = 0.1;
-  EXPECT_GT(heardShare(heardOn(line().audio, shipped()), line().labels),
-            heardShare(heardOn(line().audio, nullptr), line().labels) + kBetter);
+  constexpr double kBetter = 0.05;
+  EXPECT_GT(heardInNoise([](const AudioClip& audio) { return heardOn(audio, shipped()); }),
+            heardInNoise([](const AudioClip& audio) { return heardOn(audio, nullptr); }) + kBetter);
 }
 
 TEST_F(NetworkPhones, TellAFileMoreThanItsEarDoes) {
-  constexpr double kBetter = 0.1;
+  constexpr double kBetter = 0.05;
   RecogniserOptions options{.as = HearAs::kPhones};
-  const auto shareOf = [&] {
-    return heardShare(makeRecogniser(options)->hear(line().audio, "line").labels.phones, line().labels);
+  const auto hear = [&](const AudioClip& audio) {
+    std::vector<PhoneSegment> heard;
+    for (const LabelledPhone& phone : makeRecogniser(options)->hear(audio, "line").labels.phones)
+      heard.push_back({.phone = phone.phone, .span = phone.span});
+    return heard;
   };
-  const double without = shareOf();
+  const double without = heardInNoise(hear);
   options.word_network = shipped();
-  EXPECT_GT(shareOf(), without + kBetter);
+  EXPECT_GT(heardInNoise(hear), without + kBetter);
 }
 
 TEST_F(NetworkPhones, HearNothingInAGust) {
@@ -150,28 +169,16 @@ TEST_F(BrokenNetworkPhones, LeaveAllToTheEar) {
   EXPECT_TRUE(areTheSame(heardOn(line().audio, networkOf("process.exit(3);")), by_ear));
 }
 
-/// From when they fail the ear hears what comes, and says what it would have said.
+/// What the ear hears is not heard again while the network hears, so from when that fails it says nearly what it would
+/// have said.
 TEST_F(BrokenNetworkPhones, LeaveTheRestToTheEarWhenTheyFail) {
-  constexpr Seconds kSettled = 1;  // six hops are heard, three fail, and what is open is settled
-  constexpr double kSame = 0.8;
-  const std::vector<PhoneSegment> by_ear = heardOn(line().audio, nullptr);
-  const std::vector<PhoneSegment> heard =
-      heardOn(line().audio, networkOf(answeringZeros("if (i > 5) process.exit(3);")));
-  const auto latter = [](const std::vector<PhoneSegment>& phones) {
-    std::vector<PhoneSegment> kept;
-    std::ranges::copy_if(phones, std::back_inserter(kept),
-                         [](const PhoneSegment& phone) { return phone.span.start > kSettled; });
-    return kept;
-  };
-  EXPECT_FALSE(latter(heard).empty());
-  double same = 0;
-  for (const PhoneSegment& phone : latter(heard)) {
-    const bool is_heard = std::ranges::any_of(by_ear, [&](const PhoneSegment& other) {
-      return other.phone == phone.phone && std::abs(other.span.middle() - phone.span.middle()) < 0.05;
-    });
-    same += is_heard ? 1 : 0;
-  }
-  EXPECT_GT(same / asReal(latter(heard).size()), kSame);
+  constexpr Seconds kSettled = 1.5;  // three hearings fail, and what is open is settled
+  constexpr double kLike = 0.15;
+  SpeechLabels rest = line().labels;
+  std::erase_if(rest.phones, [](const LabelledPhone& phone) { return phone.span.start < kSettled; });
+  const auto network = networkOf(answeringZeros("if (i > 3) process.exit(3);"));
+  EXPECT_NEAR(heardShare(heardOn(line().audio, network), rest), heardShare(heardOn(line().audio, nullptr), rest),
+              kLike);
 }
 
 /// One answer that takes its time is waited for a second, and then no more.

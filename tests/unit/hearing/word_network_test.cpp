@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "audio/audio_clip.h"
 #include "base/child_process.h"
@@ -16,6 +15,7 @@
 #include "hearing/recognition/recogniser.h"
 #include "support/error_of.h"
 #include "support/gust.h"
+#include "support/hiss.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -49,19 +49,6 @@ std::string textOf(const std::vector<NetworkWord>& words) {
   return text.substr(0, text.empty() ? 0 : text.size() - 1);
 }
 
-AudioClip inHiss(const std::vector<std::int16_t>& samples, double snr_db) {
-  AudioClip clip{16000, {}};
-  double power = 0;
-  for (const std::int16_t sample : samples) {
-    clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
-    power += double{clip.samples.back()} * double{clip.samples.back()} / static_cast<double>(samples.size());
-  }
-  std::mt19937 random(7);
-  std::normal_distribution<float> hiss(0, static_cast<float>(std::sqrt(power) * std::pow(10, -snr_db / 20)));
-  for (float& sample : clip.samples) sample = std::clamp(sample + hiss(random), -1.0F, 1.0F);
-  return clip;
-}
-
 TEST(WordNetwork, HearsTheWordsOfEachSoundAndHowSureTheyAre) {
   NEEDS_NETWORK();
   const auto first = saidBy("flite:rms", "there is nothing good on television"),
@@ -83,7 +70,7 @@ TEST(WordNetwork, HearsTheWordsOfEachSoundAndHowSureTheyAre) {
 /// PocketSphinx hears none of it.
 TEST(WordNetwork, IsHeardByTheRecogniserInNoise) {
   NEEDS_NETWORK();
-  const AudioClip sound = inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 20);
+  const AudioClip sound = test::inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 20);
   const std::string right = "he usually walks the dog before breakfast";
   const auto textBy = [&](const fs::path& network) {
     return textOf(
@@ -106,9 +93,9 @@ TEST(WordNetwork, IsBelievedBeforeACorpusWhoseLinesWereNotSaid) {
   const auto recogniser = makeRecogniser(
       {.as = HearAs::kAuto, .hint = {}, .known = known, .word_network = std::make_shared<WordNetwork>(kNetwork)});
   for (const double snr_db : {15.0, 20.0}) {
-    const AudioClip sound =
-        inHiss(saidBy("flite:rms", "please call me back on Tuesday at half past three, I have some good news for you"),
-               snr_db);
+    const AudioClip sound = test::inHiss(
+        saidBy("flite:rms", "please call me back on Tuesday at half past three, I have some good news for you"),
+        snr_db);
     const std::string text = textOf({{recogniser->hear(sound, "line").text}});
     EXPECT_NE(text.find("call me back"), std::string::npos) << snr_db << " dB: " << text;
   }
@@ -150,17 +137,17 @@ TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
     EXPECT_EQ(judgeByNetwork(by, Pronouncer(), SamplesToHear(sound), alignment), "");
     return doubtsAbout(alignment);
   };
-  const AudioClip quiet = inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 60);
+  const AudioClip quiet = test::inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 60);
   const char* changed = "he usually walks the cat before breakfast";
   EXPECT_EQ(doubts(quiet, changed, {}), "");
   EXPECT_NE(doubts(quiet, changed, kNetwork).find("cat"), std::string::npos);
   const char* said = "please leave the keys on the kitchen table";
-  const AudioClip noisy = inHiss(saidBy("flite:kal16", said), 5);
+  const AudioClip noisy = test::inHiss(saidBy("flite:kal16", said), 5);
   EXPECT_NE(doubts(noisy, said, {}), "");
   EXPECT_EQ(doubts(noisy, said, kNetwork), "");
   // What the text lacks is heard, though what it has is likely.
   const char* planks = "the birch canoe slid on the smooth planks";
-  const AudioClip hissing = inHiss(saidBy("flite:kal16", planks), 10);
+  const AudioClip hissing = test::inHiss(saidBy("flite:kal16", planks), 10);
   EXPECT_EQ(doubts(hissing, planks, kNetwork), "");
   EXPECT_EQ(doubts(hissing, planks + 10, {}), "");
   EXPECT_NE(doubts(hissing, planks + 10, kNetwork).find("canoe"), std::string::npos);
@@ -168,7 +155,7 @@ TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
   const char* longer = "the quick brown fox jumps over seven lazy elephants in amsterdam";
   for (const double snr_db : {10, 5, 0, -3}) {
     for (const char* voice : {"flite:kal16", "flite:rms"}) {
-      const AudioClip sound = inHiss(saidBy(voice, said), snr_db);
+      const AudioClip sound = test::inHiss(saidBy(voice, said), snr_db);
       EXPECT_EQ(doubts(sound, said, kNetwork), "") << voice << " at " << snr_db << " dB";
       EXPECT_NE(doubts(sound, longer, kNetwork), "") << voice << " at " << snr_db << " dB";
     }
@@ -204,7 +191,7 @@ TEST_F(BrokenNetwork, SaysWhatIsWrong) {
 }
 
 TEST_F(BrokenNetwork, LeavesTheDoubtAsItWas) {
-  const AudioClip sound = inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
+  const AudioClip sound = test::inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
   ForcedAlignment alignment =
       ForcedAligner().align(sound, Pronouncer().wordsOf("measure every garage before you buy"), "line");
   const std::vector<double> before = alignment.line_confidence;
@@ -217,7 +204,7 @@ TEST_F(BrokenNetwork, LeavesTheDoubtAsItWas) {
 /// Its start takes three times what the alignment does.
 TEST_F(BrokenNetwork, IsNotAskedWhereTheAlignmentIsSure) {
   const char* said = "the birch canoe slid on the smooth planks";
-  const AudioClip sound = inHiss(saidBy("flite:kal16", said), 60);
+  const AudioClip sound = test::inHiss(saidBy("flite:kal16", said), 60);
   WordNetwork network(networkOf("process.exit(3);"));
   const auto faultWith = [&](const char* text) {
     ForcedAlignment alignment = ForcedAligner().align(sound, Pronouncer().wordsOf(text), "line");
@@ -229,7 +216,7 @@ TEST_F(BrokenNetwork, IsNotAskedWhereTheAlignmentIsSure) {
 
 TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
   const auto samples = saidBy("flite:kal16", "the birch canoe slid on the smooth planks");
-  const AudioClip sound = inHiss(samples, 60);
+  const AudioClip sound = test::inHiss(samples, 60);
   const auto hear = [&](const fs::path& network) {
     return makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = std::make_shared<WordNetwork>(network)})
         ->hear(sound, "line");
@@ -243,7 +230,7 @@ TEST_F(BrokenNetwork, LeavesTheWordsToPocketSphinx) {
 
 /// Words that nobody said and of which the network is not sure are not taken, but PocketSphinx' are.
 TEST_F(BrokenNetwork, HeardSomethingElse) {
-  const AudioClip sound = inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
+  const AudioClip sound = test::inHiss(saidBy("flite:kal16", "the birch canoe slid on the smooth planks"), 60);
   const auto hear = [&](const fs::path& network) {
     return makeRecogniser({.as = HearAs::kAuto, .hint = {}, .word_network = std::make_shared<WordNetwork>(network)})
         ->hear(sound, "line")
