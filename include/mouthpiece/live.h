@@ -57,9 +57,9 @@ struct MOUTHPIECE_API LiveCounts {
 ///   mouthpiece::LiveStream stream = speaker.live({.look_ahead = 0.2, .sample_rate_hz = 48000});
 ///   stream.push(chunk);                                       // whenever there is some
 ///   while (const mouthpiece::Frame* frame = stream.next()) draw(*frame);
-/// What comes out does not depend on the size of the chunks, nor on when they come unless English sound is heard and
-/// nextNow() pulls or it comes no faster than it is said: then what is heard counts as soon as it is found, and nothing
-/// waits for it. Memory does not grow with the line; next() and nextNow() allocate nothing after their first frame. One thread
+/// What comes out does not depend on the size of the chunks, nor on when they come unless words are heard and nextNow()
+/// pulls or sound comes no faster than it is said: then words count as soon as they are found, and nothing waits for
+/// them. Memory does not grow with the line; next() and nextNow() allocate nothing after their first frame. One thread
 /// may push while another pulls. Shares the speaker's corpus and face, and may outlive it.
 class MOUTHPIECE_API LiveStream {
  public:

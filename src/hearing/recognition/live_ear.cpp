@@ -162,7 +162,7 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
   has_begun = true;
   open.resize(frames - settled);
   by_network.resize(open.size());
-  if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames), waits));
+  if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames)));
   const bool is_by_network =
       std::ranges::any_of(by_network, [](const Eigen::VectorXf& frame) { return frame.size() > 0; });
   const bool is_heard_again = !is_by_network && hears_again && frames > settles &&

@@ -24,8 +24,8 @@ constexpr Pace kSoon{20, 4}, kLater{25, 3};
 constexpr Seconds kLaterFrom = 0.5;
 /// What lies nearer to a window's beginning was heard better by the one before.
 constexpr Seconds kBeginning = 0.4;
-/// A hearing is waited for so long at any rate, and so long where it is waited for.
-constexpr std::chrono::milliseconds kLongestStart{10000}, kShortWait{20}, kLongestWait{1000};
+/// A hearing, which takes some 10 ms, is waited for so long, once.
+constexpr std::chrono::milliseconds kLongestStart{10000}, kLongestWait{1000};
 /// After so many hearings in a row that failed none is tried for so many hops.
 constexpr std::size_t kMostFailedInARow = 3, kEncodedAgain = 1500;
 
@@ -103,16 +103,14 @@ LivePhones::~LivePhones() = default;
 LivePhones::LivePhones(LivePhones&&) noexcept = default;
 LivePhones& LivePhones::operator=(LivePhones&&) noexcept = default;
 
-std::optional<LivePhones::Heard> LivePhones::hear(std::span<const std::int16_t> samples, bool is_speech,
-                                                  const std::function<bool()>& waits) {
+std::optional<LivePhones::Heard> LivePhones::hear(std::span<const std::int16_t> samples, bool is_speech) {
   MOUTHPIECE_EXPECT(samples.size() == kHop);
   State& state = *state_;
   state.take(samples);
   std::optional<Heard> found;
   state.collect(found);
   if (is_speech) state.ask();
-  if (state.is_asked && !state.is_late && !state.worker.isDone(kShortWait, {}))
-    state.is_late = !state.worker.isDone(kLongestWait, waits) && (!waits || waits());
+  if (state.is_asked && !state.is_late) state.is_late = !state.worker.isDone(kLongestWait, {});
   state.collect(found);
   return found;
 }

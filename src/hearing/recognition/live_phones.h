@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,7 +12,7 @@ namespace mouthpiece {
 
 /// Hears the phones of a sound that goes on by the encoder of a network of words, which hears the last second again and
 /// again, in a thread of its own (docs/theory/hearing/recognition.md#phones-of-the-network). What is heard
-/// depends on the sound alone where it is waited for. Not thread-safe.
+/// depends on the sound alone, unless that takes too long. Not thread-safe.
 class LivePhones {
  public:
   /// So many samples are heard at once: 40 ms of 16 kHz.
@@ -31,11 +30,9 @@ class LivePhones {
   LivePhones(LivePhones&&) noexcept;
   LivePhones& operator=(LivePhones&&) noexcept;
 
-  /// The next kHop samples; `is_speech`: whether speech is around their end, else they are not heard. `waits`: whether
-  /// what is heard is waited for, a second at most, asked again and again; empty: it is. Returns what a hearing found,
-  /// if one is there.
-  std::optional<Heard> hear(std::span<const std::int16_t> samples, bool is_speech,
-                            const std::function<bool()>& waits = {});
+  /// The next kHop samples; `is_speech`: whether speech is around their end, else they are not heard. Waits for what it
+  /// hears, a second at most. Returns what a hearing found, if one is there.
+  std::optional<Heard> hear(std::span<const std::int16_t> samples, bool is_speech);
 
  private:
   struct State;

@@ -88,7 +88,7 @@ TEST(LiveEnd, WaitsForItsWords) {
       markers_mm.insert(markers_mm.end(), frame->markers_mm.begin(), frame->markers_mm.end());
     return markers_mm;
   };
-  EXPECT_NE(heardBy(SpeakerOptions::Hear::kAuto), heardBy(SpeakerOptions::Hear::kPhones));
+  EXPECT_NE(heardBy(SpeakerOptions::Hear::kWords), heardBy(SpeakerOptions::Hear::kPhones));
 }
 
 /// What was said while the ear was made comes at once, and is no file that could wait for its words.

@@ -105,7 +105,7 @@ TEST_F(Live, SoundAloneOpensTheMouthAsTheRecordingHeardAsPhonesDoes) {
   EXPECT_GT(correlation(openings(at_48.markers_mm), whole), 0.7);
 }
 
-TEST_F(Live, HearsWordsASecondAheadUnlessPhonesAreWanted) {
+TEST_F(Live, HearsWordsWhereTheyAreWanted) {
   constexpr std::size_t kSamples = 19200;
   const auto heardBy = [&](SpeakerOptions::Hear hear) {
     SpeakerOptions options = optionsOf(false);
@@ -118,9 +118,10 @@ TEST_F(Live, HearsWordsASecondAheadUnlessPhonesAreWanted) {
     pulled.addAll(stream);
     return pulled;
   };
-  const Pulled by_words = heardBy(SpeakerOptions::Hear::kAuto), by_phones = heardBy(SpeakerOptions::Hear::kPhones);
+  const Pulled by_words = heardBy(SpeakerOptions::Hear::kWords), by_phones = heardBy(SpeakerOptions::Hear::kPhones);
   EXPECT_EQ(by_words.frames, by_phones.frames);
   EXPECT_NE(by_words, by_phones);
+  EXPECT_EQ(heardBy(SpeakerOptions::Hear::kAuto), by_phones);
 }
 
 TEST_F(Live, AFrameComesNoLaterThanItsLookAheadAndAHop) {
