@@ -19,7 +19,7 @@ constexpr double kEncodedRateHz = 16000;
 struct Pace {
   std::size_t at_once, every;
 };
-/// What is shown soon is heard for a quarter of a core with a face, what has more time by more of its sound.
+/// What is shown soon is heard less, for processor time; what has more time by more of its sound, and more often.
 constexpr Pace kSoon{20, 4}, kLater{25, 3};
 constexpr Seconds kLaterFrom = 0.5;
 /// What lies nearer to a window's beginning was heard better by the one before.
