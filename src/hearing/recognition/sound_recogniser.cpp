@@ -17,12 +17,13 @@
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/closings.h"
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
 #include "hearing/recognition/known_lines.h"
 #include "hearing/recognition/network_phones.h"
+#include "hearing/recognition/phones_in_words.h"
 #include "hearing/recognition/recogniser.h"
+#include "hearing/recognition/said_stretches.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/stretch_hearing.h"
 #include "hearing/recognition/word_network.h"
@@ -47,9 +48,7 @@ constexpr double kLeastInOrder = 0.8;
 /// Where a network's words are in less of such order, the lines are not looked for.
 constexpr double kLeastNearOrder = 0.15;
 /// A network hears words by those around them, so that stretches are heard together across such a pause.
-constexpr Seconds kNearPause = 1.0, kLongestHeard = 20;
-/// What it gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
-constexpr Seconds kMargin = 0.2;
+constexpr Seconds kNearPause = 1.0;
 /// A longer sound is heard by one after the other, for memory: by the network after the speaker is learnt, and by the
 /// rest after the network's program has ended. To start that anew takes a few thousandths of its time.
 constexpr Seconds kOneAfterTheOther = SamplesToHear::kInMemoryUntil;
@@ -76,7 +75,9 @@ struct Stretch {
   std::span<const std::int16_t> samples;  ///< 16 kHz
   AudioClip clip;                         ///< the same
   TimeSpan span;                          ///< on the sound's clock
-  StretchHearing hearing;
+  StretchHearing hearing;                 ///< by the ear alone, which the odds of words were learnt from
+  std::optional<StretchHearing> by_both;  ///< by the network's phones, too, where it has any
+  [[nodiscard]] const StretchHearing& phones() const { return by_both ? *by_both : hearing; }
 };
 
 /// The words that are taken for a stretch, if any, and the logarithm of the odds that much of them is wrong.
@@ -92,10 +93,8 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
-    if (options_.as == HearAs::kPhones) {
-      hears_network_phones_ = &language_ == &english() && options_.word_network && options_.word_network->isThere();
-      return;
-    }
+    hears_network_phones_ = &language_ == &english() && options_.word_network && options_.word_network->isThere();
+    if (options_.as == HearAs::kPhones) return;
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
       return;
@@ -126,8 +125,10 @@ class SoundRecogniser : public Recogniser {
   /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
-  /// PhoneEar's, or those of the network where phones alone are asked for and it does not know the speaker.
-  Eigen::MatrixXf posteriorsOf(std::span<const std::int16_t> samples, HeardSpeech& heard);
+  /// What the network's phones make of a stretch beside the ear's `posteriors`; nothing where the speaker is known or
+  /// there is no network, or where it fails, which `heard` then tells.
+  std::optional<StretchHearing> hearByBoth(std::span<const std::int16_t> samples, const Eigen::MatrixXf& posteriors,
+                                           HeardSpeech& heard);
   /// `by_network`: the network's words.
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
                    CollectedSpeech& all, HeardSpeech& heard);
@@ -212,7 +213,7 @@ void collectWords(const WordsHeard& words, Seconds start, CollectedSpeech& all) 
 }
 
 void SoundRecogniser::collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const {
-  const StretchHearing& hearing = stretch.hearing;
+  const StretchHearing& hearing = stretch.phones();
   std::vector<HeardPhone> row = hearing.row();
   if (words != nullptr) {
     // What a word says counts by how well it fits.
@@ -316,30 +317,34 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
   return hearing.heardFor() == 0 && !are_said;
 }
 
-Eigen::MatrixXf SoundRecogniser::posteriorsOf(std::span<const std::int16_t> samples, HeardSpeech& heard) {
-  Eigen::MatrixXf posteriors = ear_.posteriors(samples);
-  if (!hears_network_phones_ || ear_.knowsSpeaker()) return posteriors;
+std::optional<StretchHearing> SoundRecogniser::hearByBoth(std::span<const std::int16_t> samples,
+                                                          const Eigen::MatrixXf& posteriors, HeardSpeech& heard) {
+  if (!hears_network_phones_ || ear_.knowsSpeaker()) return std::nullopt;
   try {
     const Eigen::MatrixXf encoded = options_.word_network->encode(samples);
-    if (encoded.cols() > 0)
-      return heardByBoth(posteriors, atFramesOfEar(phonesOfEncoded(encoded), 0, 0, posteriors.cols()));
+    if (encoded.cols() == 0) return std::nullopt;
+    const Eigen::MatrixXf by_network = atFramesOfEar(phonesOfEncoded(encoded), 0, 0, posteriors.cols());
+    return StretchHearing(heardByBoth(posteriors, by_network), likeness_);
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears phones was not heard ({})", error.what()));
     hears_network_phones_ = false;
+    return std::nullopt;
   }
-  return posteriors;
 }
 
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
                                   const std::vector<NetworkWord>& by_network, CollectedSpeech& all,
                                   HeardSpeech& heard) {
+  StretchHearing by_ear(ear_.posteriors(samples), likeness_);
+  std::optional<StretchHearing> by_both = hearByBoth(samples, by_ear.posteriors(), heard);
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},
                   .span = {},
-                  .hearing = StretchHearing(posteriorsOf(samples, heard), likeness_)};
-  const StretchHearing& hearing = stretch.hearing;
-  stretch.span = {start, start + hearing.duration()};
+                  .hearing = std::move(by_ear),
+                  .by_both = std::move(by_both)};
+  stretch.span = {start, start + stretch.hearing.duration()};
   if (!pronouncer_) {
+    const StretchHearing& hearing = stretch.phones();
     if (hearing.heardFor() == 0) return all.passOver(stretch.span);
     all.addStretch(stretch.span, oddsOfPhones(hearing.fit(), hearing.heardFor() / hearing.duration()),
                    hearing.heardFor());
@@ -348,12 +353,15 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   for (const std::int16_t sample : samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   Decision decision = decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
-  if (isNoSpeech(decision, hearing)) return all.passOver(stretch.span);
-  all.addStretch(stretch.span, decision.odds, hearing.heardFor());
+  if (isNoSpeech(decision, stretch.hearing)) return all.passOver(stretch.span);
+  all.addStretch(stretch.span, decision.odds, stretch.hearing.heardFor());
   if (!decision.are_taken) return collectPhones(stretch, words ? &*words : nullptr, all);
   doubtWords(decision.word_odds, start, *words, all);
+  SpeechLabels& labels = words->alignment.labels;
+  if (stretch.by_both && labels.words.size() == decision.word_odds.size())
+    hearUnlikelyWords(*stretch.by_both, decision.word_odds, labels, words->fits);
   if ((decision.by_model || options_.hint.empty()) && !ear_.knowsSpeaker())
-    keepClosings(hearing, words->alignment.labels.phones, words->fits);
+    keepClosings(stretch.phones(), labels.phones, words->fits);
   collectWords(*words, start, all);
 }
 
@@ -398,52 +406,6 @@ bool SoundRecogniser::areLikely(const ModelWords& words, const StretchHearing& h
     return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * hearing.fit()) &&
            heard.believed >= kDoubtfulConfidence;
   return words.by_network ? words.odds < kNetworkUnlikely : heard.word_odds >= kWordsBelieved;
-}
-
-/// Stretches of speech; those that lie no farther apart than `pause` are one, kLongestHeard at most.
-std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds pause) {
-  std::vector<TimeSpan> spans;
-  bool is_next = false;  // nothing else than a pause lies before it
-  for (const SoundStretch& stretch : stretches) {
-    const bool is_speech = stretch.kind == SoundKind::kSpeech;
-    if (is_speech && is_next && stretch.span.start - spans.back().end < pause &&
-        stretch.span.end - spans.back().start <= kLongestHeard) {
-      spans.back().end = stretch.span.end;
-    } else if (is_speech) {
-      spans.push_back(stretch.span);
-    }
-    is_next = is_speech;
-  }
-  return spans;
-}
-
-/// A stretch of a sound, and with what lies around it.
-struct Said {
-  Seconds start = 0;
-  std::span<const std::int16_t> samples, with_margins;
-};
-
-/// `pause`: toHear's.
-std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::vector<SoundStretch>& stretches,
-                             Seconds pause) {
-  const auto samplesOf = [&](Seconds start, Seconds end) {
-    const auto at = [&](Seconds time) {
-      return std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, time) * SamplesToHear::kRateHz));
-    };
-    return samples.subspan(at(start), std::max(at(start), at(end)) - at(start));
-  };
-  std::vector<Said> said;
-  const std::vector<TimeSpan> spans = toHear(stretches, pause);
-  for (std::size_t i = 0; i < spans.size(); ++i) {
-    const TimeSpan& span = spans[i];
-    if (samplesOf(span.start, span.end).empty()) continue;
-    // What is said before and after is not heard twice.
-    const Seconds before = i > 0 ? spans[i - 1].end : 0;
-    const Seconds after = i + 1 < spans.size() ? spans[i + 1].start : asReal(samples.size()) / SamplesToHear::kRateHz;
-    said.push_back({span.start, samplesOf(span.start, span.end),
-                    samplesOf(std::max(before, span.start - kMargin), std::min(after, span.end + kMargin))});
-  }
-  return said;
 }
 
 HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {

@@ -1,7 +1,8 @@
-#include "hearing/recognition/closings.h"
+#include "hearing/recognition/phones_in_words.h"
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "base/index.h"
 
@@ -11,6 +12,8 @@ namespace {
 /// Of who is not known a closing of the lips is kept that words lack, where the lips' phones have this share of what is
 /// heard, in the mean over it.
 constexpr double kClosingHeard = 0.6;
+/// Less of a phone at the end of a word is its neighbour's.
+constexpr Seconds kLeastPart = 0.02;
 
 /// Puts `closing` among phones and what fits them. Consonants that lie under it for the most part go, others and vowels
 /// keep what is left of them on either side. It belongs to the word of the first that goes, else of the next one, else
@@ -87,6 +90,34 @@ void keepClosings(const StretchHearing& hearing, std::vector<LabelledPhone>& pho
     if (share < kClosingHeard || is_there) continue;
     putClosing({.phone = heard.phone, .span = span, .word = {}, .syllable = {}}, share, phones, fits);
   }
+}
+
+void hearUnlikelyWords(const StretchHearing& hearing, const std::vector<double>& word_odds, SpeechLabels& labels,
+                       std::vector<double>& fits) {
+  std::vector<LabelledPhone> phones;
+  std::vector<double> new_fits;
+  for (std::size_t first = 0, end = 0; first < labels.phones.size(); first = end) {
+    const std::optional<std::size_t> word = labels.phones[first].word;
+    while (end < labels.phones.size() && labels.phones[end].word == word) ++end;
+    const std::size_t before = phones.size();
+    if (word && word_odds[*word] > 0) {
+      const TimeSpan span{labels.phones[first].span.start, labels.phones[end - 1].span.end};
+      for (const HeardPhone& heard : hearing.row()) {
+        const TimeSpan said = spanOf(heard);
+        const TimeSpan part{std::max(said.start, span.start), std::min(said.end, span.end)};
+        if (heard.phone == Phone::kSil || part.duration() < kLeastPart) continue;
+        phones.push_back({.phone = heard.phone, .span = part, .word = word, .syllable = {}});
+        new_fits.push_back(heard.confidence);
+      }
+    }
+    if (phones.size() > before) continue;
+    for (std::size_t i = first; i < end; ++i) {
+      phones.push_back(labels.phones[i]);
+      new_fits.push_back(fits[i]);
+    }
+  }
+  labels.phones = std::move(phones);
+  fits = std::move(new_fits);
 }
 
 }  // namespace mouthpiece

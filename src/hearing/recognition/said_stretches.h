@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/time.h"
+#include "hearing/alignment/speech_finder.h"
+
+namespace mouthpiece {
+
+/// A stretch of a sound, and with what lies around it.
+struct Said {
+  Seconds start = 0;
+  std::span<const std::int16_t> samples, with_margins;
+};
+
+/// What is said in a sound, 16 kHz, whose `stretches` findSpeech() found: those of speech that lie no farther apart
+/// than `pause` are one, 20 s at most.
+std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::vector<SoundStretch>& stretches,
+                             Seconds pause);
+
+}  // namespace mouthpiece
