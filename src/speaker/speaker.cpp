@@ -14,6 +14,7 @@
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/network_doubt.h"
+#include "hearing/recognition/network_phones.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/times_file.h"
 #include "page_engine/line_package.h"
@@ -182,13 +183,17 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   const bool is_long = lasts > kReadTwice;
   const SamplesToHear to_hear(line.audio);
   if (is_long) line.audio = {};
-  ForcedAlignment alignment = aligner->align(to_hear, lasts, words, source.audio.string(), kind);
+  const bool asks_network = language == &english() && options.hear != SpeakerOptions::Hear::kPhones;
+  std::string failure;
+  HeardPhones heard;
+  if (asks_network && !source.is_sung) heard = phonesInNoise(*network(), to_hear.all(), failure);
+  ForcedAlignment alignment =
+      aligner->align(to_hear, lasts, words, source.audio.string(), kind, BorderTimes::kFine, heard);
   if (is_long) {
     aligner.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
   }
-  std::string failure;
-  if (language == &english() && options.hear != SpeakerOptions::Hear::kPhones) {
+  if (asks_network && failure.empty()) {
     failure = judgeByNetwork(*network(), *pronouncer, to_hear, alignment);
     if (is_long) network()->endWaiting();
   }

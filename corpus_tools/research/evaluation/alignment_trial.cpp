@@ -15,6 +15,8 @@
 #include "base/statistics.h"
 #include "corpus_tools/research/evaluation/noises.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/phone_ear.h"
+#include "hearing/recognition/network_phones.h"
 
 namespace mouthpiece {
 namespace {
@@ -95,8 +97,9 @@ Words changed(Words words, const std::vector<Words>& all, std::size_t index) {
 /// What one take adds to the table; rows as tryAlignment() returns them.
 class TakeTrial {
  public:
-  TakeTrial(ForcedAligner& aligner, const std::vector<Words>& words, const std::vector<AudioClip>& voices)
-      : aligner_(aligner), words_(words), voices_(voices) {}
+  TakeTrial(ForcedAligner& aligner, WordNetwork* network, const std::vector<Words>& words,
+            const std::vector<AudioClip>& voices)
+      : aligner_(aligner), network_(network), words_(words), voices_(voices) {}
 
   AlignmentTrial run(std::size_t index, const AudioClip& sound) {
     AlignmentTrial trial;
@@ -122,8 +125,12 @@ class TakeTrial {
 
  private:
   std::optional<ForcedAlignment> align(const AudioClip& sound, const Words& words) {
+    std::string fault;
+    const HeardPhones heard =
+        network_ != nullptr ? phonesInNoise(*network_, samplesToHear(sound), fault) : HeardPhones();
+    if (!fault.empty()) throw InputError("trial", "", fault);
     try {
-      return aligner_.align(sound, words, "trial");
+      return aligner_.align(sound, words, "trial", SpeechKind::kSpoken, BorderTimes::kFine, heard);
     } catch (const InputError&) {  // the sound cannot hold them
       return std::nullopt;
     }
@@ -143,6 +150,7 @@ class TakeTrial {
   }
 
   ForcedAligner& aligner_;
+  WordNetwork* network_;
   const std::vector<Words>& words_;
   const std::vector<AudioClip>& voices_;
 };
@@ -190,7 +198,7 @@ AlignmentTrial tryAlignment(const Corpus& corpus, const AlignmentTrialOptions& o
   std::size_t done = 0;
   parallelFor(jobs, jobs, [&](std::size_t job) {
     ForcedAligner aligner;
-    TakeTrial trial(aligner, words, voices);
+    TakeTrial trial(aligner, options.network, words, voices);
     for (std::size_t i = job; i < sounds.size(); i += jobs) {
       trials[i] = trial.run(i, sounds[i]);
       const std::scoped_lock lock(told);

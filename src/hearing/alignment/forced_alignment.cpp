@@ -68,8 +68,8 @@ std::vector<DecodedPhone> withWholeSilences(const std::vector<DecodedPhone>& dec
 
 /// The decoder's borders lie on its own grid of 10 ms; those expected of all paths lie between.
 std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std::span<const std::int16_t> samples,
-                                         PhoneDecoder& decoder) {
-  const std::vector<Seconds> borders = decoder.hearAgain(samples, decoded);
+                                         PhoneDecoder& decoder, const HeardPhones& heard) {
+  const std::vector<Seconds> borders = decoder.hearAgain(samples, decoded, heard);
   for (std::size_t i = 0; i < borders.size(); ++i) decoded[i].span.end = decoded[i + 1].span.start = borders[i];
   return decoded;
 }
@@ -273,8 +273,9 @@ ForcedAligner::ForcedAligner(const std::filesystem::path& model, const Language&
 ForcedAligner::~ForcedAligner() = default;
 
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
-                                     std::string_view name, SpeechKind kind, BorderTimes times) {
-  return align(SamplesToHear(audio), audio.duration(), words, name, kind, times);
+                                     std::string_view name, SpeechKind kind, BorderTimes times,
+                                     const HeardPhones& heard) {
+  return align(SamplesToHear(audio), audio.duration(), words, name, kind, times, heard);
 }
 
 /// What is known of words before they are judged.
@@ -286,32 +287,32 @@ struct ForcedAligner::Placed {
 
 ForcedAligner::Placed ForcedAligner::place(const SamplesToHear& to_hear, Seconds lasts,
                                            const std::vector<TranscriptWord>& words, std::string_view name,
-                                           SpeechKind kind, BorderTimes times) {
+                                           SpeechKind kind, BorderTimes times, const HeardPhones& heard) {
   const std::span<const std::int16_t> samples = to_hear.all();
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
   std::vector<SoundStretch> stretches = findSpeech(samples);
   to_hear.letGo();
   refuseWhereNobodySpeaks(stretches, kind, name);
-  std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
+  std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind, heard);
   if (decoded.empty()) failTooShort(lasts, words, name);
   const bool is_spoken = kind == SpeechKind::kSpoken;
   LabelWriter writer(words, lasts, language_);
   std::vector<DecodedPhone> placed = is_spoken ? withWholeSilences(decoded) : decoded;
-  if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_);
+  if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_, heard);
   for (const DecodedPhone& phone : placed) writer.add(phone);
   return {writer.finish(), std::move(decoded), std::move(stretches)};
 }
 
 SpeechLabels ForcedAligner::labelsOf(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                      std::string_view name) {
-  return place(SamplesToHear(audio), audio.duration(), words, name, SpeechKind::kSpoken, BorderTimes::kFine)
+  return place(SamplesToHear(audio), audio.duration(), words, name, SpeechKind::kSpoken, BorderTimes::kFine, {})
       .alignment.labels;
 }
 
 ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts,
                                      const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
-                                     BorderTimes times) {
-  auto [alignment, decoded, stretches] = place(to_hear, lasts, words, name, kind, times);
+                                     BorderTimes times, const HeardPhones& heard) {
+  auto [alignment, decoded, stretches] = place(to_hear, lasts, words, name, kind, times, heard);
   if (kind != SpeechKind::kSpoken) return std::move(alignment);
   const std::span<const std::int16_t> samples = to_hear.all();
   if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -44,14 +45,20 @@ enum class SpeechKind { kSpoken, kSung };
 /// ms, or as they were heard first.
 enum class BorderTimes { kFine, kFirstHeard };
 
+/// How likely each phone of English is at each time of a sound, whatever is said, by another ear than the aligner's: a
+/// row a phone, by its number, and a column every kEarStep from kEarShift on. None: it was not heard.
+using HeardPhones = Eigen::MatrixXf;
+
 /// Finds known words in a sound. Not thread-safe; several may live side by side.
 class Aligner {
  public:
   virtual ~Aligner() = default;
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
-  /// are no words, the sound is too short to hold them, or nobody speaks in it for certain.
+  /// are no words, the sound is too short to hold them, or nobody speaks in it for certain. `heard` counts beside the
+  /// acoustic model in spoken English.
   virtual ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                                SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) = 0;
+                                SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine,
+                                const HeardPhones& heard = {}) = 0;
 };
 
 class PhoneDecoder;
@@ -66,18 +73,20 @@ class ForcedAligner : public Aligner {
   ~ForcedAligner() override;
 
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                        SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
+                        SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine,
+                        const HeardPhones& heard = {}) override;
   /// The same of a sound of which nothing else is kept: of an hour, it would take as much memory as all that is heard
   /// in it. `lasts`: how long it is.
   ForcedAlignment align(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
-                        std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine);
+                        std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine,
+                        const HeardPhones& heard = {});
   /// align()'s labels of spoken words alone: judging how far these are believed takes more than half of its time.
   SpeechLabels labelsOf(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name);
 
  private:
   struct Placed;
   Placed place(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
-               std::string_view name, SpeechKind kind, BorderTimes times);
+               std::string_view name, SpeechKind kind, BorderTimes times, const HeardPhones& heard);
 
   const Language& language_;
   std::unique_ptr<PhoneDecoder> decoder_;

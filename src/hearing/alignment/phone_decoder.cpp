@@ -162,6 +162,49 @@ std::vector<bool> codebooksOf(const std::set<Phone>& phones, const TiedModel& mo
   return wanted;
 }
 
+/// What another ear hears of the phones, beside a model's scores; these as they are where it heard nothing.
+class BesideScores {
+ public:
+  /// All have to outlive this.
+  BesideScores(const HeardPhones& heard, const TiedModel& model, const HeardAs& places)
+      : heard_(heard), model_(model), places_(places) {}
+
+  /// `scores`: of the frames from `first` on; a logarithm of what is heard counts `scale` times. Valid until the next
+  /// call.
+  const SenoneScorer::Scores& operator()(const SenoneScorer::Scores& scores, Eigen::Index first, double scale) {
+    if (heard_.cols() == 0) return scores;
+    both_ = scores;
+    for (Eigen::Index i = 0; i < both_.cols(); ++i) {
+      for (const auto& [phone, codebooks] : places_) {
+        const int cost = costOf(phone, first + i, scale);
+        // A phone of English is one of the model's.
+        for (const int senone : model_.codebooks[codebooks.front()].senones)
+          both_(senone, i) = static_cast<std::int16_t>(std::min(both_(senone, i) + cost, INT16_MAX));
+      }
+    }
+    return both_;
+  }
+  /// What all frames of a phone cost by this, at a scale of 1.
+  [[nodiscard]] double costOf(const DecodedPhone& phone) const {
+    double cost = 0;
+    for (int i = 0; i < phone.frames && heard_.cols() > 0; ++i)
+      cost += costOf(phone.phone, signedIndex(phone.first_frame) + i, 1);
+    return cost;
+  }
+
+ private:
+  [[nodiscard]] int costOf(Phone phone, Eigen::Index frame, double scale) const {
+    constexpr float kLeastHeard = 1e-3F;
+    const float heard = heard_(static_cast<Eigen::Index>(phone), std::min(frame, heard_.cols() - 1));
+    return static_cast<int>(std::lround(-scale * std::log(double{std::max(heard, kLeastHeard)}) / kScoreUnit));
+  }
+
+  const HeardPhones& heard_;
+  const TiedModel& model_;
+  const HeardAs& places_;
+  SenoneScorer::Scores both_;
+};
+
 /// `model` with `silence` as it sounds before and after all words of a `path`, where music may play.
 TiedModel knowingItsSilence(const TiedModel& model, const Eigen::MatrixXf& features,
                             const std::vector<DecodedPhone>& path, std::size_t silence) {
@@ -270,7 +313,7 @@ Eigen::MatrixXd PhoneDecoder::cepstraOf(std::span<const std::int16_t> samples) {
 }
 
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
-                                               SpeechKind kind) {
+                                               SpeechKind kind, const HeardPhones& heard) {
   MOUTHPIECE_EXPECT(!words.empty());
   const auto codebooks = codebooksOf(phonesOf(words, state_->language), state_->scorer.model(), state_->places);
   Cepstra cepstra = mouthpiece::cepstraOf(state_->decoder.get(), samples);
@@ -292,11 +335,13 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   }
   const Eigen::MatrixXf features = mouthpiece::featuresOf(state_->decoder.get(), cepstra);
   const FleetingSounds fleeting(state_->scorer.model(), kept);
+  const HeardPhones unheard;
+  BesideScores beside(is_sung ? unheard : heard, state_->scorer.model(), state_->places);
   SenoneScorer::Scores weighed;
   const auto pathBy = [&](SenoneScorer& scorer, const Pauses& pauses) {
     const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
       const SenoneScorer::Scores& all = scorer.score(features.middleCols(first, count), Weighing{codebooks});
-      if (!is_sung) return all;
+      if (!is_sung) return beside(all, first, 1);
       weighed = all;
       fleeting.weigh(weighed, first);
       return weighed;
@@ -315,6 +360,7 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   for (DecodedPhone& phone : phones) {
     const std::size_t end = phone.first_frame + unsignedIndex(phone.frames);
     phone.span = {edgeBefore(kept, phone.first_frame), edgeBefore(kept, end)};
+    phone.score += beside.costOf(phone);  // how far words are believed was learnt from the model alone
     phone.score /= fleeting.timesWeighed(phone.phone, phone.first_frame, end - 1);
   }
   return phones;
@@ -416,21 +462,23 @@ Row rowOf(std::span<const DecodedPhone> phones, Eigen::Index begin, Eigen::Index
 }  // namespace
 
 std::vector<Seconds> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
-                                             const std::vector<DecodedPhone>& phones) {
+                                             const std::vector<DecodedPhone>& phones, const HeardPhones& heard) {
   SenoneScorer& scorer = state_->fittest();
   const Eigen::MatrixXf features = featuresOf(samples);
   const NearPhones near(phones, scorer.model(), state_->places);
+  BesideScores beside(heard, scorer.model(), state_->places);
   std::vector<Seconds> borders;
   for (const Piece& piece : piecesOf(phones, features.cols())) {
     const Row row = rowOf(std::span(phones).subspan(piece.first, piece.end - piece.first), piece.begin,
                           piece.stop - piece.begin, scorer.model(), state_->places);
     const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
-      return scorer.score(features.middleCols(piece.begin + first, count), near(piece.begin + first, count));
+      const Eigen::Index from = piece.begin + first;
+      return beside(scorer.score(features.middleCols(from, count), near(from, count)), from, kTimesScale);
     };
-    const std::vector<double> heard = expectedBorders(row.phones, piece.stop - piece.begin, scores);
-    if (heard.size() + 1 != row.phones.size()) return {};
+    const std::vector<double> lasts = expectedBorders(row.phones, piece.stop - piece.begin, scores);
+    if (lasts.size() + 1 != row.phones.size()) return {};
     for (std::size_t i = 0; i + 1 < row.ends.size(); ++i)
-      borders.push_back((asReal(piece.begin) + heard[row.ends[i] - 1]) * kFrameStep + kRowShift);
+      borders.push_back((asReal(piece.begin) + lasts[row.ends[i] - 1]) * kFrameStep + kRowShift);
   }
   return borders;
 }

@@ -63,10 +63,10 @@ class PhoneDecoder {
   PhoneDecoder& operator=(PhoneDecoder&&) noexcept;
 
   /// The likeliest times and ways, in order, without gaps from the first frame to the last; empty when the sound
-  /// cannot hold the words (too short for them). Throws InputError when there are more than 100,000 phones, or one that
-  /// the language lacks.
+  /// cannot hold the words (too short for them). `heard`: HeardPhones' of the sound, not where it is sung. Throws
+  /// InputError when there are more than 100,000 phones, or one that the language lacks.
   std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words,
-                                   SpeechKind kind = SpeechKind::kSpoken);
+                                   SpeechKind kind = SpeechKind::kSpoken, const HeardPhones& heard = {});
 
   /// What the model weighs of a sound: a column every 10 ms, its mean taken off.
   Eigen::MatrixXf featuresOf(std::span<const std::int16_t> samples);
@@ -79,7 +79,8 @@ class PhoneDecoder {
   /// When the phones and silences that decode() found in spoken words give way to each other, as expected of all ways
   /// to hear this very row in the same `samples`: better times than decode()'s, between its steps. One border fewer
   /// than there are phones; none where the sound cannot hold them.
-  std::vector<Seconds> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
+  std::vector<Seconds> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones,
+                                 const HeardPhones& heard = {});
 
  private:
   struct State;

@@ -11,6 +11,7 @@
 #include "base/byte_reader.h"
 #include "base/errors.h"
 #include "base/index.h"
+#include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/recognition/word_network.h"
 #include "phonetics/language/phone.h"
@@ -98,6 +99,34 @@ Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eige
     at.col(i) = (1 - share) * phones.col(before) + share * phones.col(std::min(before + 1, phones.cols() - 1));
   }
   return at;
+}
+
+HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples) {
+  constexpr Eigen::Index kPart = 2000, kBeside = 100;  // frames of 10 ms
+  constexpr std::size_t kFrame = 160;                  // samples
+  const auto frames = signedIndex((samples.size() + kFrame - 1) / kFrame);
+  HeardPhones phones = HeardPhones::Constant(signedIndex(kPhoneCount), frames, asFloat(1.0 / asReal(kPhoneCount)));
+  std::size_t asked = 0;
+  for (Eigen::Index first = 0; first < frames; first += kPart) {
+    const Eigen::Index count = std::min(kPart, frames - first), from = std::max<Eigen::Index>(0, first - kBeside);
+    const std::size_t begin = unsignedIndex(from) * kFrame,
+                      end = std::min(samples.size(), unsignedIndex(first + count + kBeside) * kFrame);
+    if (++asked % WordNetwork::kAskedOfOneProgram == 0) network.endWaiting();
+    const Eigen::MatrixXf encoded = network.encode(samples.subspan(begin, end - begin));
+    if (encoded.cols() > 0)
+      phones.middleCols(first, count) = atFramesOfEar(phonesOfEncoded(encoded), asReal(from) * kEarStep, first, count);
+  }
+  return phones;
+}
+
+HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> samples, std::string& fault) {
+  if (!network.isThere() || noisinessOf(samples) <= 0) return {};
+  try {
+    return hearPhones(network, samples);
+  } catch (const InputError& error) {
+    fault = fmt::format("the network that hears phones was not heard ({})", error.what());
+    return {};
+  }
 }
 
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,

@@ -1,8 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <string>
 
 #include "base/time.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/recognition/word_network.h"
 
 namespace mouthpiece {
 
@@ -15,6 +20,14 @@ Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded);
 /// `phones`, of phonesOfEncoded(), at the times of `count` of an ear's frames (kEarStep, kEarShift), which begins
 /// `first` frames after the ear's sound; the encoded sound begins at `start` of it.
 Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eigen::Index first, Eigen::Index count);
+
+/// What `network` hears of a sound's phones, 16 kHz, in parts of 20 s: a column every kEarStep from kEarShift on, to
+/// the sound's end; the same for all phones where it is too short. Throws InputError where the network cannot.
+HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples);
+
+/// The same of a sound in noise, where an acoustic model alone tells too little; none of a cleaner sound (noisinessOf)
+/// or where the network is not there or cannot, which `fault` then says.
+HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> samples, std::string& fault);
 
 /// How likely each phone is by an ear (PhoneEar) and by the network, in the same frames.
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,

@@ -76,7 +76,8 @@ struct Stretch {
   AudioClip clip;                         ///< the same
   TimeSpan span;                          ///< on the sound's clock
   StretchHearing hearing;                 ///< by the ear alone, which the odds of words were learnt from
-  std::optional<StretchHearing> by_both;  ///< by the network's phones, too, where it has any
+  HeardPhones by_network;                 ///< none where the network does not hear it
+  std::optional<StretchHearing> by_both;  ///< by the ear and the network, where this hears it
   [[nodiscard]] const StretchHearing& phones() const { return by_both ? *by_both : hearing; }
 };
 
@@ -125,10 +126,9 @@ class SoundRecogniser : public Recogniser {
   /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
-  /// What the network's phones make of a stretch beside the ear's `posteriors`; nothing where the speaker is known or
-  /// there is no network, or where it fails, which `heard` then tells.
-  std::optional<StretchHearing> hearByBoth(std::span<const std::int16_t> samples, const Eigen::MatrixXf& posteriors,
-                                           HeardSpeech& heard);
+  /// What the network hears of a stretch; nothing where the speaker is known or there is no network, or where it fails,
+  /// which `heard` then tells.
+  HeardPhones hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard);
   /// `by_network`: the network's words.
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
                    CollectedSpeech& all, HeardSpeech& heard);
@@ -177,7 +177,8 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(std::string_view text, const 
   if (text.empty()) return std::nullopt;
   WordsHeard heard;
   try {
-    heard.alignment = aligner_->align(stretch.clip, pronouncer_->wordsOf(text), "stretch");
+    heard.alignment = aligner_->align(stretch.clip, pronouncer_->wordsOf(text), "stretch", SpeechKind::kSpoken,
+                                      BorderTimes::kFine, stretch.by_network);
   } catch (const InputError&) {  // the stretch is too short for them
     return std::nullopt;
   }
@@ -317,18 +318,14 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
   return hearing.heardFor() == 0 && !are_said;
 }
 
-std::optional<StretchHearing> SoundRecogniser::hearByBoth(std::span<const std::int16_t> samples,
-                                                          const Eigen::MatrixXf& posteriors, HeardSpeech& heard) {
-  if (!hears_network_phones_ || ear_.knowsSpeaker()) return std::nullopt;
+HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard) {
+  if (!hears_network_phones_ || ear_.knowsSpeaker()) return {};
   try {
-    const Eigen::MatrixXf encoded = options_.word_network->encode(samples);
-    if (encoded.cols() == 0) return std::nullopt;
-    const Eigen::MatrixXf by_network = atFramesOfEar(phonesOfEncoded(encoded), 0, 0, posteriors.cols());
-    return StretchHearing(heardByBoth(posteriors, by_network), likeness_);
+    return hearPhones(*options_.word_network, samples);
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears phones was not heard ({})", error.what()));
     hears_network_phones_ = false;
-    return std::nullopt;
+    return {};
   }
 }
 
@@ -336,11 +333,17 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
                                   const std::vector<NetworkWord>& by_network, CollectedSpeech& all,
                                   HeardSpeech& heard) {
   StretchHearing by_ear(ear_.posteriors(samples), likeness_);
-  std::optional<StretchHearing> by_both = hearByBoth(samples, by_ear.posteriors(), heard);
+  HeardPhones phones = hearByNetwork(samples, heard);
+  std::optional<StretchHearing> by_both;
+  if (phones.cols() > 0) {
+    const Eigen::MatrixXf& posteriors = by_ear.posteriors();
+    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols())), likeness_);
+  }
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},
                   .span = {},
                   .hearing = std::move(by_ear),
+                  .by_network = std::move(phones),
                   .by_both = std::move(by_both)};
   stretch.span = {start, start + stretch.hearing.duration()};
   if (!pronouncer_) {

@@ -8,6 +8,7 @@
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/recognition/network_doubt.h"
+#include "hearing/recognition/network_phones.h"
 #include "phonetics/labels/textgrid.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
@@ -64,9 +65,13 @@ int runAlign(const AlignArguments& given) {
   const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
   const SamplesToHear to_hear(audio);
   ForcedAligner aligner({}, language);
-  ForcedAlignment alignment = aligner.align(to_hear, audio.duration(), words, given.audio.string(), kind);
-  const std::string fault =
-      &language == &english() ? judgeByNetwork(*sharedWordNetwork(), pronouncer, to_hear, alignment) : "";
+  const std::shared_ptr<WordNetwork> network = &language == &english() ? sharedWordNetwork() : nullptr;
+  std::string fault;
+  HeardPhones heard;
+  if (network && !given.sung) heard = phonesInNoise(*network, to_hear.all(), fault);
+  ForcedAlignment alignment =
+      aligner.align(to_hear, audio.duration(), words, given.audio.string(), kind, BorderTimes::kFine, heard);
+  if (network && fault.empty()) fault = judgeByNetwork(*network, pronouncer, to_hear, alignment);
   if (!fault.empty()) printNotice(fault, given.quiet);
   writeTextGrid(given.output, alignment.labels);
   noteDoubtfulWords(alignment, given.quiet);

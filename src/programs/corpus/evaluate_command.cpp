@@ -118,8 +118,9 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
 
 int runAlignmentTrial(const EvaluateArguments& given) {
   CallbackBar bar("aligning", given.quiet);
-  const AlignmentTrial trial =
-      tryAlignment(readCorpus(given.corpus, CorpusAudio::kLoad), {.jobs = given.jobs, .progress = std::ref(bar)});
+  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
+  const AlignmentTrial trial = tryAlignment(readCorpus(given.corpus, CorpusAudio::kLoad),
+                                            {.jobs = given.jobs, .network = network.get(), .progress = std::ref(bar)});
   printText(given.json ? alignmentJson(trial) : alignmentTable(trial));
   return kExitDone;
 }
