@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/index.h"
+#include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
 
 namespace mouthpiece {
@@ -11,6 +12,26 @@ namespace {
 constexpr Seconds kLongestHeard = 20;
 /// What a network gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
 constexpr Seconds kMargin = 0.2;
+
+/// A network surely hears a phone, not silence, where this is the likelier.
+bool isPhone(const HeardPhones& heard, Eigen::Index frame) {
+  return heard(static_cast<Eigen::Index>(Phone::kSil), frame) < 0.5F;
+}
+
+/// Where a network hears phones, with pauses up to findSpeech()'s; of kLongestStretch at most each.
+std::vector<TimeSpan> heardSpans(const HeardPhones& heard) {
+  constexpr Seconds kPause = 0.35;
+  std::vector<TimeSpan> spans;
+  for (Eigen::Index frame = 0; frame < heard.cols(); ++frame) {
+    if (!isPhone(heard, frame)) continue;
+    const Seconds start = asReal(frame) * kEarStep + kEarShift, end = start + kEarStep;
+    if (!spans.empty() && start - spans.back().end < kPause && end - spans.back().start <= kLongestStretch)
+      spans.back().end = end;
+    else
+      spans.push_back({start, end});
+  }
+  return spans;
+}
 
 /// Stretches of speech; those that lie no farther apart than `pause` are one, kLongestHeard at most.
 std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds pause) {
@@ -30,6 +51,39 @@ std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds
 }
 
 }  // namespace
+
+Seconds heardAsPhones(const HeardPhones& heard) {
+  Seconds time = 0;
+  for (Eigen::Index frame = 0; frame < heard.cols(); ++frame) time += isPhone(heard, frame) ? kEarStep : 0;
+  return time;
+}
+
+std::vector<SoundStretch> withHeardSpeech(std::vector<SoundStretch> stretches, const HeardPhones& heard) {
+  constexpr Seconds kShortest = 0.1, kTouches = 1e-6;
+  std::vector<SoundStretch> all;
+  auto next = stretches.begin();
+  const auto add = [&](const SoundStretch& stretch) {
+    const bool goes_on = !all.empty() && all.back().kind == SoundKind::kSpeech && stretch.kind == SoundKind::kSpeech &&
+                         stretch.span.start - all.back().span.end < kTouches &&
+                         stretch.span.end - all.back().span.start <= kLongestStretch;
+    if (goes_on)
+      all.back() = {{all.back().span.start, stretch.span.end}, SoundKind::kSpeech, false};
+    else
+      all.push_back(stretch);
+  };
+  for (TimeSpan span : heardSpans(heard)) {
+    if (span.duration() < kShortest) continue;
+    for (; next != stretches.end() && next->span.start < span.end; ++next) {
+      if (next->span.start > span.start) add({{span.start, next->span.start}});
+      add(*next);
+      span.start = std::max(span.start, next->span.end);
+    }
+    if (!all.empty()) span.start = std::max(span.start, all.back().span.end);
+    if (span.duration() > 0) add({span});
+  }
+  std::for_each(next, stretches.end(), add);
+  return all;
+}
 
 std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::vector<SoundStretch>& stretches,
                              Seconds pause) {

@@ -5,9 +5,17 @@
 #include <vector>
 
 #include "base/time.h"
+#include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/speech_finder.h"
 
 namespace mouthpiece {
+
+/// How much of a sound a network hears as phones, not as silence.
+Seconds heardAsPhones(const HeardPhones& heard);
+
+/// The `stretches` of a sound that findSpeech() found and, outside of them, what a network hears as phones in all of it
+/// (hearPhones()): noise covers what is said softly. Speech that touches is one stretch, of kLongestStretch at most.
+std::vector<SoundStretch> withHeardSpeech(std::vector<SoundStretch> stretches, const HeardPhones& heard);
 
 /// A stretch of a sound, and with what lies around it.
 struct Said {

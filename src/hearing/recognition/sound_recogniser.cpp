@@ -14,6 +14,7 @@
 #include "base/memory.h"
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/samples_to_hear.h"
@@ -49,6 +50,8 @@ constexpr double kLeastInOrder = 0.8;
 constexpr double kLeastNearOrder = 0.15;
 /// A network hears words by those around them, so that stretches are heard together across such a pause.
 constexpr Seconds kNearPause = 1.0;
+/// Nobody speaks where a network hears less of phones.
+constexpr Seconds kLeastPhones = 0.1;
 /// A longer sound is heard by one after the other, for memory: by the network after the speaker is learnt, and by the
 /// rest after the network's program has ended. To start that anew takes a few thousandths of its time.
 constexpr Seconds kOneAfterTheOther = SamplesToHear::kInMemoryUntil;
@@ -126,8 +129,7 @@ class SoundRecogniser : public Recogniser {
   /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
-  /// What the network hears of a stretch; nothing where the speaker is known or there is no network, or where it fails,
-  /// which `heard` then tells.
+  /// What the network hears of a stretch; nothing where there is none, or where it fails, which `heard` then tells.
   HeardPhones hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard);
   /// `by_network`: the network's words.
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
@@ -319,7 +321,7 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
 }
 
 HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard) {
-  if (!hears_network_phones_ || ear_.knowsSpeaker()) return {};
+  if (!hears_network_phones_) return {};
   try {
     return hearPhones(*options_.word_network, samples);
   } catch (const InputError& error) {
@@ -333,7 +335,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
                                   const std::vector<NetworkWord>& by_network, CollectedSpeech& all,
                                   HeardSpeech& heard) {
   StretchHearing by_ear(ear_.posteriors(samples), likeness_);
-  HeardPhones phones = hearByNetwork(samples, heard);
+  HeardPhones phones = ear_.knowsSpeaker() ? HeardPhones() : hearByNetwork(samples, heard);
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = by_ear.posteriors();
@@ -346,6 +348,8 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
                   .by_network = std::move(phones),
                   .by_both = std::move(by_both)};
   stretch.span = {start, start + stretch.hearing.duration()};
+  const bool is_noise = stretch.by_both && options_.hint.empty() && heardAsPhones(stretch.by_network) < kLeastPhones;
+  if (is_noise) return all.passOver(stretch.span);
   if (!pronouncer_) {
     const StretchHearing& hearing = stretch.phones();
     if (hearing.heardFor() == 0) return all.passOver(stretch.span);
@@ -418,6 +422,8 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   const std::span<const std::int16_t> samples = to_hear.all();
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
+  if (hears_network_phones_ && noisinessOf(samples) > 0)
+    heard.stretches = withHeardSpeech(std::move(heard.stretches), hearByNetwork(samples, heard));
   to_hear.letGo();
   const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
   const std::vector<Said> said = whatIsSaid(samples, heard.stretches, has_network ? kNearPause : 0);
