@@ -80,12 +80,15 @@ class LoudFrames {
     return false;
   }
   [[nodiscard]] bool isLoud() const { return !bins_.empty() && dbOf(bins_.back()) > threshold_; }
-  /// Whether loud and quiet frames lie so far apart that there is little noise, or none was heard alone.
-  [[nodiscard]] bool isClean() const { return quiet_ < kBackground || quantile(0.95) - quantile(0.05) >= kCleanDb; }
+  /// As noisinessOf() tells; 0 where no background was heard alone.
+  [[nodiscard]] double noisiness() const {
+    if (quiet_ < kBackground) return 0;
+    return std::clamp((kCleanDb - quantile(0.95) + quantile(0.05)) / (kCleanDb - kNoisyDb), 0.0, 1.0);
+  }
 
  private:
   static constexpr double kDifference = 0.97, kLeastDb = -10, kMostDb = 110, kBinDb = 0.5, kQuietDb = 10;
-  static constexpr double kRiseDb = 5, kShareOfRise = 0.30, kCleanDb = 38;
+  static constexpr double kRiseDb = 5, kShareOfRise = 0.30, kCleanDb = 38, kNoisyDb = 30;
   static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kBackground = 20;
 
   static double dbOf(std::uint16_t bin) { return kLeastDb + kBinDb * asReal(bin); }
@@ -162,11 +165,13 @@ void LiveEar::State::hearFrames(std::span<const std::int16_t> samples, const std
   has_begun = true;
   open.resize(frames - settled);
   by_network.resize(open.size());
-  if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames)));
+  // Noise covers what is said softly.
+  const double noisiness = loud.noisiness();
+  if (phones) takePhones(phones->hear(samples, loud.isSpeech(frames) || noisiness > 0));
   const bool is_by_network =
       std::ranges::any_of(by_network, [](const Eigen::VectorXf& frame) { return frame.size() > 0; });
   const bool is_heard_again = !is_by_network && hears_again && frames > settles &&
-                              ear.hearAgain(std::min(open.size(), settles), loud.isClean());
+                              ear.hearAgain(std::min(open.size(), settles), noisiness <= 0);
   const std::size_t again = std::min(open.size(), is_heard_again ? settles : kSettles);
   const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
   for (std::size_t i = 0; i < again; ++i) open[open.size() - again + i] = posteriors.col(signedIndex(i));
@@ -188,14 +193,19 @@ void LiveEar::State::takePhones(const std::optional<LivePhones::Heard>& found) {
   }
 }
 
-/// By both ears, but for silence, of which levels tell.
+/// By both ears, and where levels tell of silence by the network alone, if it hears a phone there.
 Eigen::MatrixXf LiveEar::State::posteriorsOfOpen() const {
+  const double noisiness = loud.noisiness();
   Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
   for (std::size_t i = 0; i < open.size(); ++i) {
     auto column = posteriors.col(signedIndex(i));
     column = open[i];
     const bool is_silent = column(static_cast<Eigen::Index>(Phone::kSil)) >= 1;
-    if (by_network[i].size() > 0 && !is_silent) column = heardByBoth(open[i], by_network[i]);
+    if (by_network[i].size() == 0) continue;
+    if (!is_silent)
+      column = heardByBoth(open[i], by_network[i], noisiness);
+    else if (by_network[i](static_cast<Eigen::Index>(Phone::kSil)) < 0.5F)
+      column = by_network[i];
   }
   return posteriors;
 }

@@ -26,9 +26,11 @@ constexpr std::string_view kMagic = "MPPHONE1";
 /// Frames before and after the one that is told.
 constexpr Eigen::Index kContext = 2;
 constexpr std::uint32_t kMostUnits = 1024;
-/// The network's logarithms count so much where both are asked, the ear's for the rest; a phone that one of them thinks
-/// less likely than this still may be.
-constexpr float kNetworkShare = 0.7F, kLeastLikely = 1e-4F;
+/// The network's logarithms count so much where both are asked, the ear's for the rest; so in a noisy sound, of which
+/// the ear tells little.
+constexpr double kNetworkShare = 0.7, kShareInNoise = 0.95;
+/// A phone that one of them thinks less likely than this still may be.
+constexpr float kLeastLikely = 1e-4F;
 
 /// One hidden layer of rectified units. Numbers that it takes are brought to a mean of 0 and a deviation of 1.
 struct Perceptron {
@@ -130,11 +132,12 @@ HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> sa
 }
 
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,
-                            const Eigen::Ref<const Eigen::MatrixXf>& by_network) {
-  Eigen::MatrixXf both = (kNetworkShare * (by_network.array() + kLeastLikely).log() +
-                          (1 - kNetworkShare) * (by_ear.array() + kLeastLikely).log())
-                             .exp()
-                             .matrix();
+                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness) {
+  const auto share = asFloat(kNetworkShare + noisiness * (kShareInNoise - kNetworkShare));
+  Eigen::MatrixXf both =
+      (share * (by_network.array() + kLeastLikely).log() + (1 - share) * (by_ear.array() + kLeastLikely).log())
+          .exp()
+          .matrix();
   for (auto column : both.colwise()) column /= column.sum();
   return both;
 }

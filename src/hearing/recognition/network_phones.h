@@ -29,8 +29,9 @@ HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> sampl
 /// or where the network is not there or cannot, which `fault` then says.
 HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> samples, std::string& fault);
 
-/// How likely each phone is by an ear (PhoneEar) and by the network, in the same frames.
+/// How likely each phone is by an ear (PhoneEar) and by the network, in the same frames, of a sound as noisy as
+/// noisinessOf() tells: the ear counts less there.
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,
-                            const Eigen::Ref<const Eigen::MatrixXf>& by_network);
+                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness);
 
 }  // namespace mouthpiece

@@ -145,6 +145,7 @@ class SoundRecogniser : public Recogniser {
   std::optional<ForcedAligner> aligner_;
   std::optional<KnownLines> lines_;
   bool hears_network_phones_ = false;
+  double noisiness_ = 0;  ///< noisinessOf() the sound
 };
 
 WordSearch& SoundRecogniser::search() {
@@ -339,7 +340,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = by_ear.posteriors();
-    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols())), likeness_);
+    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_), likeness_);
   }
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},
@@ -360,7 +361,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   for (const std::int16_t sample : samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   Decision decision = decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
-  if (isNoSpeech(decision, stretch.hearing)) return all.passOver(stretch.span);
+  if (isNoSpeech(decision, stretch.phones())) return all.passOver(stretch.span);
   all.addStretch(stretch.span, decision.odds, stretch.hearing.heardFor());
   if (!decision.are_taken) return collectPhones(stretch, words ? &*words : nullptr, all);
   doubtWords(decision.word_odds, start, *words, all);
@@ -422,7 +423,8 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   const std::span<const std::int16_t> samples = to_hear.all();
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
-  if (hears_network_phones_ && noisinessOf(samples) > 0)
+  noisiness_ = noisinessOf(samples);
+  if (hears_network_phones_ && noisiness_ > 0)
     heard.stretches = withHeardSpeech(std::move(heard.stretches), hearByNetwork(samples, heard));
   to_hear.letGo();
   const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
