@@ -4,19 +4,29 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "base/child_process.h"
 #include "base/errors.h"
 #include "base/index.h"
+#include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/live_ear.h"
+#include "hearing/recognition/phones_in_words.h"
 #include "hearing/recognition/recogniser.h"
+#include "hearing/recognition/said_stretches.h"
+#include "hearing/recognition/stretch_hearing.h"
 #include "hearing/recognition/word_network.h"
+#include "phonetics/labels/labels_builder.h"
 #include "support/error_of.h"
 #include "support/gust.h"
 #include "support/heard_share.h"
@@ -139,6 +149,147 @@ TEST(NetworkPhonesAtFrames, AreBetweenThoseAroundThem) {
   EXPECT_NEAR(atFramesOfEar(phones, 0.010, 2, 1)(0, 0), 11.0 / 24, 1e-5);
 }
 
+/// Of a sound: one column a frame of 10 ms, a phone in each.
+HeardPhones surely(const std::vector<std::pair<Phone, Eigen::Index>>& row) {
+  Eigen::Index frames = 0;
+  for (const auto& [phone, count] : row) frames += count;
+  HeardPhones heard = HeardPhones::Zero(signedIndex(kPhoneCount), frames);
+  Eigen::Index first = 0;
+  for (const auto& [phone, count] : row) {
+    heard.row(static_cast<Eigen::Index>(phone)).segment(first, count).setOnes();
+    first += count;
+  }
+  return heard;
+}
+
+TEST(HearUnlikelyWords, LeavesLikelyOnesAndThoseOfWhichNothingIsHeard) {
+  const Eigen::MatrixXf likeness = lipLikeness();
+  const StretchHearing hearing(
+      surely({{Phone::kM, 10}, {Phone::kIY, 10}, {Phone::kP, 10}, {Phone::kAA, 10}, {Phone::kSil, 20}}), likeness);
+  SpeechLabels labels = buildSpeechLabels({{.phone = Phone::kB, .span = {0.008, 0.108}, .word = 0},
+                                           {.phone = Phone::kAE, .span = {0.108, 0.208}, .word = 0},
+                                           {.phone = Phone::kT, .span = {0.208, 0.308}, .word = 1},
+                                           {.phone = Phone::kUW, .span = {0.308, 0.408}, .word = 1},
+                                           {.phone = Phone::kS, .span = {0.408, 0.608}, .word = 2}},
+                                          std::vector<std::string>{"bat", "two", "s"}, 0.7);
+  std::vector<double> fits(labels.phones.size(), 0.25);
+  hearUnlikelyWords(hearing, {-0.1, 0.1, 3}, labels, fits);
+  std::vector<Phone> phones;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone != Phone::kSil) phones.push_back(phone.phone);
+  }
+  EXPECT_EQ(phones, (std::vector{Phone::kB, Phone::kAE, Phone::kP, Phone::kAA, Phone::kS}));
+  ASSERT_EQ(fits.size(), labels.phones.size());
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const bool is_heard = labels.phones[i].word == 1U;
+    EXPECT_EQ(fits[i], is_heard ? 1.0 : 0.25) << i;
+  }
+}
+
+TEST(WithHeardSpeech, HasWhatTheNetworkHearsOutsideOfMusic) {
+  // Speech is heard from 0.508 to 2.508 s and, after 0.3 s of silence, to 4.008; a click at 6 s.
+  const HeardPhones heard = surely({{Phone::kSil, 50},
+                                    {Phone::kAA, 200},
+                                    {Phone::kSil, 30},
+                                    {Phone::kIY, 120},
+                                    {Phone::kSil, 200},
+                                    {Phone::kT, 5},
+                                    {Phone::kSil, 100}});
+  EXPECT_NEAR(heardAsPhones(heard), 3.25, 1e-9);
+  const std::vector<SoundStretch> found{{{1.0, 1.5}}, {{1.6, 2.0}}, {{3.0, 3.5}, SoundKind::kMusic}, {{6.5, 6.8}}};
+  const std::vector<SoundStretch> all = withHeardSpeech(found, heard);
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_NEAR(all[0].span.start, 0.508, 1e-9);
+  EXPECT_NEAR(all[0].span.end, 3.0, 1e-9);
+  EXPECT_EQ(all[1].kind, SoundKind::kMusic);
+  EXPECT_NEAR(all[2].span.start, 3.5, 1e-9);
+  EXPECT_NEAR(all[2].span.end, 4.008, 1e-9);
+  EXPECT_EQ(all[3].span.start, 6.5);
+  EXPECT_EQ(withHeardSpeech(found, {}).size(), found.size());
+}
+
+TEST(WithHeardSpeech, HasNoStretchThatIsTooLongToHear) {
+  const std::vector<SoundStretch> all = withHeardSpeech({{{1.0, 19.0}}}, surely({{Phone::kAA, 6500}}));
+  ASSERT_FALSE(all.empty());
+  EXPECT_NEAR(all.back().span.end, 65.008, 1e-9);
+  for (const SoundStretch& stretch : all) EXPECT_LE(stretch.span.duration(), kLongestStretch + 1e-9);
+  for (std::size_t i = 1; i < all.size(); ++i) EXPECT_NEAR(all[i].span.start, all[i - 1].span.end, 0.02);
+}
+
+/// A long sound is heard in parts, of which one begins in this line.
+TEST_F(NetworkPhones, AreThoseOfTheLineWhereverItIsSaid) {
+  constexpr std::size_t kAt = 19 * 16000;
+  const std::vector<std::int16_t> samples = samplesToHear(line().audio);
+  std::vector<std::int16_t> sound(kAt);
+  sound.insert(sound.end(), samples.begin(), samples.end());
+  sound.resize(sound.size() + 16000);
+  const HeardPhones alone = hearPhones(*shipped(), samples), late = hearPhones(*shipped(), sound);
+  EXPECT_EQ(late.cols(), signedIndex((sound.size() + 159) / 160));
+  Eigen::Index same = 0;
+  for (Eigen::Index frame = 0; frame < alone.cols(); ++frame) {
+    Eigen::Index here = 0, there = 0;
+    alone.col(frame).maxCoeff(&here);
+    late.col(frame + signedIndex(kAt / 160)).maxCoeff(&there);
+    same += here == there ? 1 : 0;
+  }
+  EXPECT_GT(asReal(same), 0.85 * asReal(alone.cols()));
+}
+
+/// The mean error of where the phones of a text begin that is said in noise.
+TEST_F(NetworkPhones, FindWordsInNoise) {
+  constexpr double kSnrDb = 3;
+  const std::vector<std::int16_t> samples = samplesToHear(line().audio);
+  const AudioClip noisy = test::inHiss(samples, kSnrDb);
+  const Pronouncer pronouncer(nullptr, english());
+  const std::vector<TranscriptWord> words = pronouncer.wordsOf(line().text);
+  ForcedAligner aligner;
+  const auto meanError = [&](const HeardPhones& heard) {
+    const SpeechLabels found =
+        aligner.align(noisy, words, "line", SpeechKind::kSpoken, BorderTimes::kFine, heard).labels;
+    double sum = 0;
+    for (std::size_t word = 0; word < found.words.size(); ++word) {
+      sum += std::abs(found.spanOf(found.words[word].phones).start -
+                      line().labels.spanOf(line().labels.words[word].phones).start);
+    }
+    return sum / asReal(found.words.size());
+  };
+  std::string fault;
+  const HeardPhones heard = phonesInNoise(*shipped(), samplesToHear(noisy), fault);
+  EXPECT_EQ(fault, "");
+  EXPECT_LT(meanError(heard), 0.6 * meanError({}));
+  EXPECT_EQ(phonesInNoise(*shipped(), samples, fault).cols(), 0) << "the voice alone is clean";
+}
+
+/// What is said softly lies under the noise.
+TEST_F(NetworkPhones, AreHeardWhereLevelsTellNothing) {
+  constexpr double kSnrDb = 5;
+  const AudioClip noisy = test::inHiss(samplesToHear(line().audio), kSnrDb);
+  const double by_ear = heardShare(heardOn(noisy, nullptr), line().labels);
+  EXPECT_GT(heardShare(heardOn(noisy, shipped()), line().labels), by_ear + 0.2);
+  const HeardSpeech heard =
+      makeRecogniser({.as = HearAs::kPhones, .hint = {}, .word_network = shipped()})->hear(noisy, "line");
+  EXPECT_LT(heard.stretches.front().span.start, 0.35);
+  EXPECT_GT(heard.stretches.back().span.end, line().audio.duration() - 0.5);
+}
+
+/// Knocks are as loud and short as speech, and no levels tell them from it.
+TEST_F(NetworkPhones, HearNobodyInKnocks) {
+  AudioClip knocks{16000, std::vector<float>(48000)};
+  std::mt19937 random(3);
+  for (int k = 0; k < 20; ++k) {
+    const std::size_t at = random() % 46000;
+    const double hz = 300.0 * (1 + random() % 8);
+    for (std::size_t i = 0; i < 2000; ++i)
+      knocks.samples[at + i] +=
+          static_cast<float>(0.3 * std::exp(-asReal(i) / 300) * std::sin(2 * 3.14159265 * hz * asReal(i) / 16000));
+  }
+  for (const HearAs as : {HearAs::kPhones, HearAs::kAuto}) {
+    const auto recogniser = makeRecogniser({.as = as, .hint = {}, .word_network = shipped()});
+    EXPECT_EQ(errorOf([&] { recogniser->hear(knocks, "a.wav"); }),
+              "a.wav: holds no speech that can be heard; expected speech");
+  }
+}
+
 class BrokenNetworkPhones : public testing::Test {
  protected:
   [[nodiscard]] std::shared_ptr<WordNetwork> networkOf(const std::string& script) const {
@@ -192,6 +343,14 @@ TEST_F(BrokenNetworkPhones, AreNotWaitedForTwice) {
       networkOf(answeringZeros("if (i > 2) Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 60000);")));
   EXPECT_LT(std::chrono::steady_clock::now() - began, kAtMost);
   EXPECT_FALSE(heard.empty());
+}
+
+TEST_F(BrokenNetworkPhones, LeaveWordsInNoiseToTheAligner) {
+  std::string fault;
+  const AudioClip noisy = test::inHiss(samplesToHear(line().audio), 5);
+  const std::vector<std::int16_t> samples = samplesToHear(noisy);
+  EXPECT_EQ(phonesInNoise(*networkOf("process.exit(3);"), samples, fault).cols(), 0);
+  EXPECT_TRUE(fault.starts_with("the network that hears phones was not heard (")) << fault;
 }
 
 TEST_F(BrokenNetworkPhones, SayWhatIsWrong) {
