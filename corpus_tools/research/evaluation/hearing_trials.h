@@ -34,8 +34,8 @@ struct AlignmentTrial {
 };
 
 struct AlignmentTrialOptions {
-  std::size_t most_takes = 40;  ///< evenly chosen
-  std::size_t jobs = 0;         ///< threads; 0: one a core. The result does not depend on it
+  std::size_t most_takes = 40;     ///< evenly chosen
+  std::size_t jobs = 0;            ///< threads; 0: one a core. The result does not depend on it
   WordNetwork* network = nullptr;  ///< that hears phones in noise (phonesInNoise); none: the aligner alone
   EvaluationProgress progress = {};
 };
