@@ -97,7 +97,7 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
-    hears_network_phones_ = &language_ == &english() && options_.word_network && options_.word_network->isThere();
+    hears_network_phones_ = options_.word_network && options_.word_network->isThere();
     if (options_.as == HearAs::kPhones) return;
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing

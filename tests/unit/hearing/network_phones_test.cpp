@@ -260,6 +260,35 @@ TEST_F(NetworkPhones, FindWordsInNoise) {
   EXPECT_EQ(phonesInNoise(*shipped(), samples, fault).cols(), 0) << "the voice alone is clean";
 }
 
+/// Lips that shut sound alike in other languages than the network's own.
+TEST_F(NetworkPhones, HearLipsShutInOtherLanguages) {
+  const Language& french = languageOf("fr");
+  const auto isShut = [](const LabelledPhone& phone) { return isBilabial(phone.phone); };
+  const auto voice = makeVoice("espeak:fr");
+  std::size_t shut = 0, by_ear = 0, by_both = 0;
+  for (const char* text :
+       {"Le petit bateau bleu part pour une île perdue.", "Ma mère peut mettre deux pommes sur la table.",
+        "Un peu de pluie tombe sur la plume du peintre."}) {
+    const SpokenLine said = voice->speak(text);
+    const auto found = [&](std::shared_ptr<WordNetwork> network) {
+      const SpeechLabels heard =
+          makeRecogniser({.as = HearAs::kPhones, .hint = {}, .language = &french, .word_network = std::move(network)})
+              ->hear(said.audio, "line")
+              .labels;
+      return std::count_if(said.labels.phones.begin(), said.labels.phones.end(), [&](const LabelledPhone& phone) {
+        return isShut(phone) && std::any_of(heard.phones.begin(), heard.phones.end(), [&](const LabelledPhone& other) {
+                 return isShut(other) && other.span.start < phone.span.end && other.span.end > phone.span.start;
+               });
+      });
+    };
+    shut += unsignedIndex(std::count_if(said.labels.phones.begin(), said.labels.phones.end(), isShut));
+    by_ear += unsignedIndex(found(nullptr));
+    by_both += unsignedIndex(found(shipped()));
+  }
+  EXPECT_GE(by_both, by_ear + 3);
+  EXPECT_GE(asReal(by_both), 0.75 * asReal(shut));
+}
+
 /// What is said softly lies under the noise.
 TEST_F(NetworkPhones, AreHeardWhereLevelsTellNothing) {
   constexpr double kSnrDb = 5;
