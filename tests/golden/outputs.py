@@ -12,6 +12,7 @@ The sample corpora and the face must be what these programs make: they may not b
 Exit status 77: nothing could be run (no sample corpus); cases that need ../shared are named when they are left out.
 """
 import argparse
+import functools
 import hashlib
 import json
 import math
@@ -64,21 +65,27 @@ NOT_COMPARED = ("timing_ms", "real_time_factor", "path", "version", "generator")
 NOT_OF_MANIFESTS = ("made_with", "mouthpiece", "corpus", "face", "mesh", "hash", "bytes")  # hashes of learnt floats, sizes
 
 
-def signs(count):
-    """SUMS rows of +1 and -1 for `count` numbers, the same on every machine (splitmix64's finalizer)."""
+@functools.cache
+def hashes(count):
+    """A byte for each of `count` numbers, the same on every machine (splitmix64's finalizer)."""
     with numpy.errstate(over="ignore"):
         x = (numpy.arange(1, count + 1, dtype=numpy.uint64) * numpy.uint64(0x9E3779B97F4A7C15))
         x = (x ^ (x >> numpy.uint64(30))) * numpy.uint64(0xBF58476D1CE4E5B9)
         x = (x ^ (x >> numpy.uint64(27))) * numpy.uint64(0x94D049BB133111EB)
-        x = x ^ (x >> numpy.uint64(31))
-    return numpy.where((x[None, :] >> numpy.arange(SUMS, dtype=numpy.uint64)[:, None]) & numpy.uint64(1), 1.0, -1.0)
+        return (x ^ (x >> numpy.uint64(31))).astype(numpy.uint8)
+
+
+def signed_sums(values, sums):
+    """Each bit of a number's hash is its sign in one of SUMS sums; numbers of the same signs are added up first."""
+    of_hash = numpy.bincount(hashes(1 << max(20, int(values.size).bit_length()))[:values.size], values, 256)
+    bits = numpy.arange(256)[None, :] >> numpy.arange(sums)[:, None] & 1
+    return (2.0 * bits - 1.0) @ of_hash
 
 
 def digest_numbers(values, each, sums=SUMS):
     """`each` is by how much a number may be off, root mean square."""
     values = numpy.asarray(values, dtype=float).ravel()
-    sums = signs(values.size)[:sums] @ values
-    return {"count": int(values.size), "sums": [round(s, 7) for s in sums],
+    return {"count": int(values.size), "sums": [round(s, 7) for s in signed_sums(values, sums)],
             "tolerance": float(f"{each * math.sqrt(max(1, values.size)):.3g}")}
 
 
