@@ -1,6 +1,6 @@
 #!/bin/sh
 # All that takes hours. Each part writes build-nightly/PART.log; a table of what passed and how long it took ends it.
-#   tools/nightly.sh [PART...]       lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
+#   tools/nightly.sh [PART...]       lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads long processors reproducible
 # FUZZ_SECONDS (1800) and FUZZ_RUNS (10000000) end a fuzz target, ALLOCATIONS (2000) fail in a case, MUTANTS (300) are
 # tried in each room.
 set -eu
@@ -56,8 +56,15 @@ run_load() {
   tests/load/load.py --build build
 }
 run_heads() {  # all heads that have to fit; `make test` takes every third
-  cmake --build build -j "$jobs" --target heads
-  MOUTHPIECE_ALL_HEADS=1 build/test_bin/heads --gtest_brief=1 --gtest_filter='*RandomHeads*'
+  cmake --build build -j "$jobs" --target heads heads_trial golden
+  export MOUTHPIECE_ALL_HEADS=1
+  build/test_bin/heads --gtest_brief=1 --gtest_filter='*RandomHeads*'
+  build/test_bin/golden --gtest_brief=1 --gtest_filter='*RealHeads*'
+}
+run_long() {  # what `make test` leaves out: long recordings, a page's frames, the package in a bare root
+  cmake --preset release -DMOUTHPIECE_TESTS=ON -DMOUTHPIECE_UNITY=ON
+  cmake --build build -j "$jobs"
+  ctest --preset release -C nightly -L nightly
 }
 run_processors() { tools/other_processors.sh s390x armhf arm64; }
 run_reproducible() { tools/reproducible.sh; }
@@ -67,7 +74,7 @@ if [ "${1:-}" = --run ]; then  # in a process of its own, where the first comman
   exit
 fi
 failed=0
-[ $# -gt 0 ] || set -- lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads processors reproducible
+[ $# -gt 0 ] || set -- lint dev portable fuzz asan tsan valgrind faults coverage mutation load heads long processors reproducible
 for part in "$@"; do
   start=$(date +%s)
   if tools/nightly.sh --run "$part" >"build-nightly/$part.log" 2>&1; then result=passed; else result=FAILED failed=1; fi

@@ -166,9 +166,9 @@ def chosen(kind, calls, options, random_source):
         return list(numbers) if len(numbers) <= most else sorted(random_source.sample(numbers, most))
 
     if kind != "allocation":
-        return sample(1, calls, calls if options.all else 12)
+        return sample(1, calls, calls if options.all else 6)
     first = min(calls, 200)
-    return sample(1, first, first if options.all else 12) + sample(first + 1, calls, options.allocations if options.all else 20)
+    return sample(1, first, first if options.all else 6) + sample(first + 1, calls, options.allocations if options.all else 10)
 
 
 def main():

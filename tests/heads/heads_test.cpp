@@ -259,7 +259,7 @@ class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // an edge away, 295 since no vertex may go three times as far as any marker does, 985 since the surface is measured
 // along the skin, 1149 since large triangles are a lip's, too, 748, 964 and 1090 since coarse rims hang where they lie,
 // 1239 since thick lips are tucked less.
-// Every third for everybody, all of them each night.
+// Every third for everybody, but for the four that take longest; all of them each night.
 std::vector<unsigned> seedsThatPass() {
   const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,   7,   8,   9,   10,  11,  12,   13,  14,  15,   16,  17,
                                   18,  19,  20,  21,  22,  23,  25,  29,  31,  35,  47,  55,   60,  71,  88,   92,  93,
@@ -267,7 +267,9 @@ std::vector<unsigned> seedsThatPass() {
                                   114, 615, 449, 833, 84,  406, 801, 832, 456, 295, 985, 1149, 748, 964, 1090, 1239};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
-  for (std::size_t i = 0; i < all.size(); i += 3) some.push_back(all[i]);
+  constexpr std::array<unsigned, 4> kDear{7, 13, 71, 295};
+  for (std::size_t i = 0; i < all.size(); i += 3)
+    if (std::ranges::find(kDear, all[i]) == kDear.end()) some.push_back(all[i]);
   return some;
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::ValuesIn(seedsThatPass()));
