@@ -52,6 +52,11 @@ mouthpiece_embed(mouthpiece_core kFace66LayoutJson sample_data/layouts/face66.js
 mouthpiece_embed(mouthpiece_core kArkitMarkersJson sample_data/arkit/face66_shapes.json)
 mouthpiece_embed(mouthpiece_core kGenericPosesJson sample_data/visemes/generic_poses.json)
 mouthpiece_core_options(mouthpiece_core)
+# What nearly all of them include is parsed once; the portable build does without, and shows what is included by nobody.
+if(EMSCRIPTEN)
+  target_precompile_headers(mouthpiece_core PRIVATE <algorithm> <array> <cmath> <cstdint> <functional> <map> <memory>
+    <optional> <span> <string> <string_view> <vector> <Eigen/Core> <Eigen/Geometry> <fmt/format.h>)
+endif()
 if(MOUTHPIECE_UNITY)  # a room's sources at a time: names of two rooms may meet
   foreach(source ${core_sources})
     get_filename_component(folder ${source} ABSOLUTE)
