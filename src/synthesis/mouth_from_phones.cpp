@@ -98,20 +98,23 @@ float partingOf(const LabelledPhone& said) {
 
 bool isSealed(const LabelledPhone& said) { return partingOf(said) == 0; }
 
-/// How lips that touch in phone `i` come together (`step` -1) or part (1). From the teeth and to them they go in the
-/// time between both sounds, but let an F or V be one.
+/// How lips that touch in phone `i` come together (`step` -1) or part (1): in half of the time for which they are
+/// parted there, for an actor's have gone far apart where that is long. From the teeth and to them they go in the time
+/// between both sounds, but let an F or V be one.
 PresenceShape sealBeside(const std::vector<LabelledPhone>& phones, std::size_t i, std::ptrdiff_t step) {
   constexpr Seconds kShortest = 0.045, kLongest = 0.100, kHeld = 0.010;
-  const TimeSpan span = phones[i].span;
+  Seconds away = 0;
   for (std::ptrdiff_t k = signedIndex(i) + step; k >= 0 && k < std::ssize(phones); k += step) {
     const LabelledPhone& other = phones[unsignedIndex(k)];
-    if (!isSealed(other) && !isLabiodental(other.phone)) continue;
-    const Seconds away = step > 0 ? other.span.start - span.end : span.start - other.span.end;
-    if (away > kLongest + kSeal.transition || !isLabiodental(other.phone)) break;
-    const Seconds held = std::min(-kSeal.inside, kHeld + away / 4);
-    return {std::clamp(away + kTuck.inside - held, kShortest, kLongest), -held};
+    if (isSealed(other)) break;
+    if (isLabiodental(other.phone)) {
+      if (away > kLongest + kSeal.transition) break;
+      const Seconds held = std::min(-kSeal.inside, kHeld + away / 4);
+      return {std::clamp(away + kTuck.inside - held, kShortest, kLongest), -held};
+    }
+    away += other.span.duration();
   }
-  return kSeal;
+  return {std::clamp(away / 2 + kSeal.inside, kSeal.transition, kLongest), kSeal.inside};
 }
 
 /// What silence seals. Lips stand open before the first sound and come together after the last one: silence seals only

@@ -173,6 +173,37 @@ TEST(Lips, GlideBetweenTheTeethAndEachOther) {
   }
 }
 
+/// An actor's lips have gone far apart between closures that lie far apart: a seal that came within 50 ms let them
+/// leap.
+TEST(Lips, ComeTogetherAndPartInHalfOfTheTimeBetweenClosures) {
+  const struct {
+    Seconds parted, most_a_frame;  // of the way, in a sixtieth
+  } kParted[] = {{0.06, 0.53}, {0.14, 0.53}, {0.2, 0.33}, {0.3, 0.27}};
+  constexpr int kFrame = 4;
+  for (const auto& [parted, most] : kParted) {
+    SpeechLabels labels = labelsOf({Phone::kP, Phone::kL, Phone::kAA, Phone::kP});
+    const Seconds lengths[] = {0.3, 0.1, parted / 3, 2 * parted / 3, 0.1, 0.3};
+    Seconds at = 0;
+    for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+      labels.phones[i].span = {at, at + lengths[i]};
+      at += lengths[i];
+    }
+    std::vector<Seconds> times;
+    for (int i = 0; i < at * 60 * kFrame; ++i) times.push_back(i / (60.0 * kFrame));
+    const std::vector<LipPose> lips = lipsFromPhones(labels, times);
+    const Seconds middle = labels.phones[1].span.end + parted / 2;
+    for (std::size_t i = kFrame; i < lips.size(); ++i) {
+      EXPECT_LT(std::abs(lips[i].seal - lips[i - kFrame].seal), most) << parted << ", " << times[i];
+      if (std::abs(times[i] - middle) > parted / 2 - 0.02) {
+        EXPECT_EQ(lips[i].seal, 1) << parted << ", " << times[i];
+      }
+    }
+    if (parted >= 0.14) {
+      EXPECT_LT(lips[unsignedIndex(std::lround(middle * 60 * kFrame))].seal, 0.01F) << "as open as the actor's";
+    }
+  }
+}
+
 TEST(Lips, RoundInWAndAtTheEndOfOw) {
   const SpeechLabels labels = labelsOf({Phone::kAA, Phone::kW, Phone::kIY, Phone::kAW, Phone::kTH});
   const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
