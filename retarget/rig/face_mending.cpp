@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -44,10 +45,11 @@ bool meetWrongly(const FaceJudgement& found) {
   return found.touching < found.closures || std::any_of(found.faults.begin(), found.faults.end(), isOfLips);
 }
 
-/// Lips get into each other, the worst of all in an F or V.
+/// Lips get into each other or the teeth, the worst of all in an F or V.
 bool isTuckedTooFar(const FaceJudgement& found, const JudgedPoses& poses) {
   return std::any_of(found.faults.begin(), found.faults.end(), [&](const FaceFault& fault) {
-    return fault.limit == "lips in each other" && fault.pose && poses.lips[*fault.pose].tuck > 0;
+    const bool gets_in = fault.limit == "lips in each other" || fault.limit == "lips in the teeth";
+    return gets_in && fault.pose && poses.lips[*fault.pose].tuck > 0;
   });
 }
 
@@ -113,18 +115,13 @@ struct Way {
   std::size_t pressed_rounds = kRounds;  ///< lips that still do not meet rightly then are left to the next way
 };
 
-/// Lips that do not soon meet rightly are brought to it by their surfaces, coarse ones levelled; where that does not,
-/// either, they are pressed on, levelled without surfaces that meet, and where that brings them into each other
-/// levelled harder and held apart. Last, skin is relaxed as coarse.
-constexpr std::array kWays{Way{.holds_rims = true, .pressed_rounds = 2},
-                           Way{true, {}, false, true},
-                           Way{false, {}, false, true},
-                           Way{true, LipLevelling::Options{}, false, true},
-                           Way{true},
-                           Way{false},
-                           Way{true, LipLevelling::Options{}},
-                           Way{true, kLevelledHarder, true},
-                           Way{true, {}, false, false, true}};
+/// Lips that do not soon meet rightly are brought to it by their surfaces, coarse ones levelled.
+constexpr std::array kMeetingWays{Way{.holds_rims = true, .pressed_rounds = 2}, Way{true, {}, false, true},
+                                  Way{false, {}, false, true}, Way{true, LipLevelling::Options{}, false, true}};
+/// Where that does not mend, either, they are pressed on, levelled without surfaces that meet, and where that brings
+/// them into each other levelled harder and held apart. Last, skin is relaxed as coarse.
+constexpr std::array kOtherWays{Way{true}, Way{false}, Way{true, LipLevelling::Options{}},
+                                Way{true, kLevelledHarder, true}, Way{true, {}, false, false, true}};
 
 /// Mends a face of `mesh`, the head's or that with its split vertices welded by `welding`.
 class Mending {
@@ -150,15 +147,8 @@ class Mending {
         meets_wrongly_(meetWrongly(first_)) {}
 
   void mend() {
-    for (const Way& way : kWays) {
-      // Few open closures of a face that is well, given or mended, are not worth what may bring faults: surfaces that
-      // meet, at once or not.
-      if (judged_.faults.empty() && !way.meets) continue;
-      if ((way.levels || way.meets) && !meets_wrongly_) continue;
-      tryWay(way);
-      if (isWhole(judged_) || is_mended_otherwise_) return;
-    }
-    if (!judged_.faults.empty()) relaxTornAlone();
+    if (mendBy(kMeetingWays)) return;
+    mendBy(kOtherWays);
   }
 
   [[nodiscard]] const FaceFile& kept() const { return kept_; }
@@ -188,6 +178,8 @@ class Mending {
     judged_ = found;
   }
 
+  /// Tries `ways`, then relaxes further what they leave torn; whether there is nothing left to do.
+  bool mendBy(std::span<const Way> ways);
   void tryWay(const Way& way);
   /// Whether another round of `way` may mend more than `last`, which the one before it left of `before`.
   [[nodiscard]] bool isWorthAnother(const Way& way, std::size_t round, const FaceJudgement& before,
@@ -212,6 +204,19 @@ class Mending {
   std::vector<Tried> torn_alone_;
   bool meets_wrongly_;  ///< or what relaxing and pressing bring about
 };
+
+bool Mending::mendBy(std::span<const Way> ways) {
+  for (const Way& way : ways) {
+    // Few open closures of a face that is well, given or mended, are not worth what may bring faults: surfaces that
+    // meet, at once or not.
+    if (judged_.faults.empty() && !way.meets) continue;
+    if ((way.levels || way.meets) && !meets_wrongly_) continue;
+    tryWay(way);
+    if (isWhole(judged_) || is_mended_otherwise_) return true;
+  }
+  if (!judged_.faults.empty()) relaxTornAlone();
+  return judged_.faults.empty();
+}
 
 void Mending::tryWay(const Way& way) {
   const bool was_well = judged_.faults.empty();
@@ -238,17 +243,18 @@ void Mending::tryWay(const Way& way) {
                 within * mouth_width_, binding,
                 (way.is_coarse ? kCoarseEdge : std::numeric_limits<double>::infinity()) * mouth_width_);
     const auto same = std::find_if(known_.begin(), known_.end(), [&](const auto& one) { return one.first == binding; });
-    if (levelling || same == known_.end()) moved = rigOf(binding);
-    if (was_well && same == known_.end()) {
+    const bool is_new = same == known_.end();
+    if (levelling || is_new) moved = rigOf(binding);
+    if (was_well && is_new) {
       if (auto found = judge_.judgeIfMoreTouch(*moved, judged_.touching)) keepIfBetter(binding, *found);
       return;
     }
-    FaceJudgement found = same != known_.end() ? same->second : judge_.judge(*moved);
-    if (same == known_.end()) known_.emplace_back(binding, found);
+    FaceJudgement found = is_new ? judge_.judge(*moved) : same->second;
+    if (is_new) known_.emplace_back(binding, found);
     const FaceJudgement before = std::exchange(last, std::move(found));
     meets_wrongly_ = meets_wrongly_ || meetWrongly(last);
     keepIfBetter(binding, last);
-    if (isTornAlone(last)) torn_alone_.push_back({binding, torn, last});
+    if (is_new && isTornAlone(last)) torn_alone_.push_back({binding, torn, last});
     if (way.meets && mended_otherwise_ && isTuckedTooFarAlone(last, poses_)) {
       is_mended_otherwise_ = std::exchange(mended_otherwise_, nullptr)();
       if (is_mended_otherwise_) return;
@@ -268,12 +274,13 @@ bool Mending::isWorthAnother(const Way& way, std::size_t round, const FaceJudgem
 }
 
 void Mending::relaxTornAlone() {
-  std::stable_sort(torn_alone_.begin(), torn_alone_.end(), [](const Tried& one, const Tried& other) {
+  std::vector<Tried> torn_alone = std::exchange(torn_alone_, {});
+  std::stable_sort(torn_alone.begin(), torn_alone.end(), [](const Tried& one, const Tried& other) {
     return one.found.faults.size() < other.found.faults.size();
   });
-  torn_alone_.resize(std::min(torn_alone_.size(), kTornAlone));
+  torn_alone.resize(std::min(torn_alone.size(), kTornAlone));
   for (const bool keeps_needles : {false, true}) {
-    for (Tried from : torn_alone_) {
+    for (Tried from : torn_alone) {
       for (const double within : kRelaxedWithin) {
         addTorn(from.found, from.torn);
         FaceBinding binding = from.binding;
@@ -282,6 +289,8 @@ void Mending::relaxTornAlone() {
         from.found = judge_.judge(rigOf(binding));
         keepIfBetter(binding, from.found);
         if (judged_.faults.empty()) return;
+        // Skin that is relaxed so far that it stands still is not whole when it is relaxed further.
+        if (!isTornAlone(from.found)) break;
       }
     }
   }
@@ -304,7 +313,7 @@ bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
 
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged, BindingOptions bound) {
-  if (!canBeMended(judged)) return judged;
+  if (!canBeMended(judged) && !isTuckedTooFar(judged, poses)) return judged;
   const Welding welding = weldSplitTriangles(rig.mesh());  // sewn together once and not in each round
   const bool is_sewn = !welding.isNothing();
   const FaceFile given = face;
@@ -346,11 +355,13 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     }
     return false;
   };
-  Mended mended = mend(rig, given, std::move(judged), mendTuckedLess);
+  Mended mended(given, judged);
+  if (canBeMended(judged)) mended = mend(rig, given, std::move(judged), mendTuckedLess);
   if (!less_tucked) {
     take(std::move(mended));
-    if (judged.faults.empty() || !canBeMended(judged)) return judged;
+    if (judged.faults.empty()) return judged;
     if (!was_less_tucked && isTuckedTooFar(judged, poses)) mendTuckedLess();
+    if (!less_tucked && !canBeMended(judged)) return judged;
   }
   if (less_tucked) {
     take(std::move(*less_tucked));
