@@ -235,7 +235,7 @@ FaceJudgement judgePoses(const JudgedHead& head, const FaceRig& rig, const FaceM
     VertexPositions before = look(row);
     while (++row < count && poses.rows[row].follows) {
       VertexPositions now = look(row);
-      head.lookAtStep(before, now, motion, row, poses.lips, seen[row]);
+      head.lookAtStep(before, now, motion, row, seen[row]);
       before = std::move(now);
     }
   });

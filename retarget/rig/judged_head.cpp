@@ -21,11 +21,13 @@ constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: wha
 /// An edge may grow by as much of its length where that is more than the limit, up to so many times the limit: the skin
 /// along a long edge of a coarse head would be many edges of a finer one, and each would grow by a part of it.
 constexpr double kLongGrowth = 0.25, kMostLongGrowth = 1.2;
-constexpr double kLeastStepMm = 1;      ///< a marker's step counts as so long at least
+constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
+/// A step of a lip's rim, which phones tell, counts as so long at most: twice it within a sixtieth of a second is
+/// 0.24 m/s, the fastest that the lower lip goes in 60 takes of GRID s1, at 25 Hz.
+constexpr double kMostRimStepMm = 2;
 constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
 constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
 constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
-constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip's way to the teeth
 constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
 constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the points where lips are measured
 constexpr std::size_t kMostShown = 400;
@@ -117,27 +119,32 @@ void JudgedHead::findTriangles() {
 
 void JudgedHead::findMarkers() {
   const ControlMesh& control = face_.control;
-  std::vector<std::vector<int>> markers_of_point(control.points.size()), opposite_of_point = markers_of_point;
+  std::vector<std::vector<int>> markers_of_point(control.points.size()), rims_of_point = markers_of_point,
+                                                                         opposite_of_point = markers_of_point;
   const auto add = [](std::vector<int>& all, const std::vector<int>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
   for (std::size_t i = 0; i < control.points.size(); ++i) {
     const ControlPoint& point = control.points[i];
     if (i < control.marker_count) markers_of_point[i] = {static_cast<int>(i)};
+    if (point.rule == PointRule::kInnerLip) rims_of_point[i] = {static_cast<int>(i)};
     if (point.opposite >= 0) opposite_of_point[i] = {control.points[unsignedIndex(point.opposite)].drivers[0].point};
     for (const PointDriver& driver : point.drivers) {
       if (std::abs(driver.weight) < kOwnMarker) continue;
       add(markers_of_point[i], markers_of_point[unsignedIndex(driver.point)]);
       // What lies between a lip's rim and its markers goes along with both.
       add(opposite_of_point[i], opposite_of_point[unsignedIndex(driver.point)]);
+      add(rims_of_point[i], rims_of_point[unsignedIndex(driver.point)]);
     }
   }
   for (const auto& triangle : control.triangles) {
     auto& markers = markers_of_.emplace_back();
+    auto& rims = rims_of_.emplace_back();
     auto& opposite = opposite_of_.emplace_back();
     for (const int point : triangle) {
       add(opposite, opposite_of_point[unsignedIndex(point)]);
       add(markers, markers_of_point[unsignedIndex(point)]);
+      add(rims, rims_of_point[unsignedIndex(point)]);
     }
   }
   const std::vector<Triangle> skin = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips});
@@ -222,38 +229,35 @@ void JudgedHead::lookAtTriangles(const VertexPositions& now, PoseSeen& seen) con
   }
 }
 
+MarkerPositions JudgedHead::leadingAt(const FaceMotion& motion, std::size_t row) const {
+  const FacePose pose = motion.pose(FrameIndex{row});
+  MarkerPositions points;
+  leadingPoints(face_.control, lipPairs(face_.control), pose, points);
+  tuck_.apply(pose.lips, points);
+  return points;
+}
+
 void JudgedHead::lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion,
-                            std::size_t row, std::span<const LipPose> lips, PoseSeen& seen) const {
-  const auto marker_step = [&](int marker) {
-    const auto step = motion.markers().block<1, 3>(signedIndex(row), 3 * marker) -
-                      motion.markers().block<1, 3>(signedIndex(row) - 1, 3 * marker);
-    return mm_ * step.norm();
-  };
-  const auto largest_step = [&](const std::vector<int>& markers) {
+                            std::size_t row, PoseSeen& seen) const {
+  // What phones tell of the lips no marker shows: skin beside the rims may go with what leads these.
+  const Eigen::VectorXd led = mm_ * (leadingAt(motion, row) - leadingAt(motion, row - 1)).rowwise().norm();
+  const auto largest_step = [&](const std::vector<int>& points) {
     double largest = 0;
-    for (const int marker : markers) largest = std::max(largest, marker_step(marker));
+    for (const int point : points) largest = std::max(largest, led[point]);
     return largest;
   };
-  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows: as far as
-  // that they go by themselves.
-  const double told =
-      mm_ * kToldShare * face_.control.mouth_width *
-      double{std::max(std::abs(lips[row].tuck - lips[row - 1].tuck), std::abs(lips[row].seal - lips[row - 1].seal))};
-  std::vector<double> steps, by_themselves;
-  for (std::size_t p = 0; p < markers_of_.size(); ++p) {
-    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
-    by_themselves.push_back(opposite_of_[p].empty() ? 0 : told);
-  }
-  double furthest = kLeastStepMm;
-  for (std::size_t marker = 0; marker < face_.control.marker_count; ++marker)
-    furthest = std::max(furthest, marker_step(static_cast<int>(marker)));
+  std::vector<double> steps;
+  for (std::size_t p = 0; p < markers_of_.size(); ++p)
+    steps.push_back(std::max({kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p]),
+                              std::min(largest_step(rims_of_[p]), kMostRimStepMm)}));
+  const double furthest = std::max({kLeastStepMm, led.head(signedIndex(face_.control.marker_count)).maxCoeff(),
+                                    std::min(led.maxCoeff(), kMostRimStepMm)});
   const double most = limitNamed("vertex jump");
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
-    const double way = step - by_themselves[unsignedIndex(patch_[v])];
     // Both lips' markers are no leave to go much further than any marker of the face.
-    const double of_its_markers = way / steps[unsignedIndex(patch_[v])], of_any = way / (kOfAnyMarker * furthest);
+    const double of_its_markers = step / steps[unsignedIndex(patch_[v])], of_any = step / (kOfAnyMarker * furthest);
     const double ratio = std::max(of_its_markers, of_any);
     if (ratio > seen.jump.value) {
       seen.jump_mm = step;
@@ -282,11 +286,7 @@ void JudgedHead::lookAtMotion(const VertexPositions& now, const FaceMotion& moti
 
 void JudgedHead::lookAtMarkersAround(const VertexPositions& now, const FaceMotion& motion, std::size_t row,
                                      PoseSeen& seen) const {
-  const FacePose pose = motion.pose(FrameIndex{row});
-  MarkerPositions points;
-  leadingPoints(face_.control, lipPairs(face_.control), pose, points);
-  tuck_.apply(pose.lips, points);
-  points -= face_.control.rest;
+  const MarkerPositions points = leadingAt(motion, row) - face_.control.rest;
   // Skin between markers goes as a mixture of them and of what stays: within the box around their ways and none.
   const double most = limitNamed("skin off its markers");
   for (const Outside& outside : outside_) {

@@ -65,7 +65,7 @@ class JudgedHead {
   void lookAtMarkersAround(const VertexPositions& now, const FaceMotion& motion, std::size_t row, PoseSeen& seen) const;
   /// How far vertices go from frame row - 1 to `row`, beside their markers, and beside any.
   void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
-                  std::span<const LipPose> lips, PoseSeen& seen) const;
+                  PoseSeen& seen) const;
   /// Adds what is found of the warp.
   void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
 
@@ -91,6 +91,8 @@ class JudgedHead {
   void findLeading();
   void lookAtEdges(const VertexPositions& now, PoseSeen& seen) const;
   void lookAtTriangles(const VertexPositions& now, PoseSeen& seen) const;
+  /// Markers and rims of the lips in frame `row`; points of the control mesh that follow others are at rest.
+  [[nodiscard]] MarkerPositions leadingAt(const FaceMotion& motion, std::size_t row) const;
 
   const FaceFile& face_;
   double mm_;
@@ -107,6 +109,7 @@ class JudgedHead {
   /// Of `moving_`: pairs over an edge that is not folded at rest.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
   std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
+  std::vector<std::vector<int>> rims_of_;      ///< points of the mouth's rim that a patch goes along with
   std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
   std::vector<std::int32_t> patch_;            ///< of each vertex
   LipTuck tuck_;

@@ -185,6 +185,28 @@ TEST_F(FaceJudgeTest, LipsAreTuckedByTheFacesShare) {
   EXPECT_THROW(FaceRig::of(wrong, mesh_, "wrong.face"), InputError);
 }
 
+/// No marker shows how the lower lip goes to the teeth: its skin is measured by its rim's way, but no lip pops there.
+TEST_F(FaceJudgeTest, StepsToTheTeethAreMeasuredByTheRims) {
+  const auto tuckedWithin = [&](int steps) {
+    JudgedPoses poses = opening();
+    poses.motion.positions_mm.rowwise() = Eigen::RowVectorXd(poses.motion.positions_mm.row(0));
+    for (std::size_t i = 0; i < poses.lips.size(); ++i) {
+      poses.lips[i] = {.seal = 0, .tuck = std::min(1.0F, asFloat(i) / asFloat(steps))};
+      poses.rows[i].closed = false;
+    }
+    return judged(file_, poses);
+  };
+  const FaceJudgement glides = tuckedWithin(4);
+  EXPECT_GT(glides.jump_ratio, 0.7);
+  EXPECT_LT(glides.jump_ratio, 1.5) << "on this face it goes along with them";
+  EXPECT_EQ(faultOf(glides, "vertex jump"), nullptr);
+  for (const int steps : {1, 2}) {
+    const FaceJudgement pops = tuckedWithin(steps);
+    ASSERT_NE(faultOf(pops, "vertex jump"), nullptr) << steps << " of a sixtieth: " << pops.jump_ratio;
+    EXPECT_NE(faultOf(pops, "vertex jump")->what.find("LIP_LO"), std::string::npos);
+  }
+}
+
 TEST_F(FaceJudgeTest, OneBindingAfterTheOtherIsJudgedAsByItself) {
   const JudgedPoses poses = opening();
   const FaceRig rig = FaceRig::of(file_, mesh_, "default.face");
