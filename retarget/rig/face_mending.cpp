@@ -64,6 +64,11 @@ bool meetAlike(const FaceJudgement& one, const FaceJudgement& other) {
   return one.touching == other.touching && std::abs(one.lips_overlap_mm - other.lips_overlap_mm) < kSameOverlapMm;
 }
 
+/// Lips are in each other where few of them touch: what presses them brings no more of them to meet.
+bool crossOpen(const FaceJudgement& found) {
+  return found.lips_overlap_mm > limitNamed("lips in each other") && 2 * found.touching < found.closures;
+}
+
 bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.touching == found.closures; }
 
 bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
@@ -269,6 +274,7 @@ void Mending::tryWay(const Way& way) {
 bool Mending::isWorthAnother(const Way& way, std::size_t round, const FaceJudgement& before,
                              const FaceJudgement& last) const {
   if (!canBeMended(last) || (round + 1 >= way.pressed_rounds && meetWrongly(last))) return false;
+  if (way.pressed_rounds < kRounds && crossOpen(last)) return false;
   const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
   return round + 1 < kRelaxedWithin.size() || (onlyOfLips(last) && meets_better);
 }
