@@ -16,6 +16,7 @@
 #include "corpus_tools/research/evaluation/noises.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/network_phones.h"
 
 namespace mouthpiece {
@@ -130,7 +131,8 @@ class TakeTrial {
         network_ != nullptr ? phonesInNoise(*network_, samplesToHear(sound), fault) : HeardPhones();
     if (!fault.empty()) throw InputError("trial", "", fault);
     try {
-      return aligner_.align(sound, words, "trial", SpeechKind::kSpoken, BorderTimes::kFine, heard);
+      return aligner_.align(SamplesToHear(sound), sound.duration(), words, "trial", SpeechKind::kSpoken,
+                            BorderTimes::kFine, heard);
     } catch (const InputError&) {  // the sound cannot hold them
       return std::nullopt;
     }

@@ -273,9 +273,8 @@ ForcedAligner::ForcedAligner(const std::filesystem::path& model, const Language&
 ForcedAligner::~ForcedAligner() = default;
 
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
-                                     std::string_view name, SpeechKind kind, BorderTimes times,
-                                     const HeardPhones& heard) {
-  return align(SamplesToHear(audio), audio.duration(), words, name, kind, times, heard);
+                                     std::string_view name, SpeechKind kind, BorderTimes times) {
+  return align(SamplesToHear(audio), audio.duration(), words, name, kind, times);
 }
 
 /// What is known of words before they are judged.

@@ -54,11 +54,9 @@ class Aligner {
  public:
   virtual ~Aligner() = default;
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
-  /// are no words, the sound is too short to hold them, or nobody speaks in it for certain. `heard` counts beside the
-  /// acoustic model in spoken English.
+  /// are no words, the sound is too short to hold them, or nobody speaks in it for certain.
   virtual ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                                SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine,
-                                const HeardPhones& heard = {}) = 0;
+                                SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) = 0;
 };
 
 class PhoneDecoder;
@@ -73,10 +71,9 @@ class ForcedAligner : public Aligner {
   ~ForcedAligner() override;
 
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                        SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine,
-                        const HeardPhones& heard = {}) override;
+                        SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
   /// The same of a sound of which nothing else is kept: of an hour, it would take as much memory as all that is heard
-  /// in it. `lasts`: how long it is.
+  /// in it. `lasts`: how long it is. `heard` counts beside the acoustic model in spoken English.
   ForcedAlignment align(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
                         std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine,
                         const HeardPhones& heard = {});

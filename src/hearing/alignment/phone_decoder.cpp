@@ -25,6 +25,7 @@
 #include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/phone_row.h"
 #include "hearing/alignment/phone_search.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/alignment/speaker_adaptation.h"
 
 namespace mouthpiece {
@@ -40,11 +41,9 @@ constexpr Seconds kPathShift = 0.008, kRowShift = 0.002;
 constexpr Eigen::Index kNearFrames = 50;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
-/// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.
-/// Nothing where the loudest tenths of a sound stand over the quietest by the higher of two levels, all of it by the
-/// lower one (docs/theory/hearing/alignment.md).
+/// What a silence between two words of spoken text costs in noise (noisinessOf), in nats: quiet sounds pass for silence
+/// there.
 constexpr double kInnerSilencePrice = 45.0;
-constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 /// The same, and what each frame of it costs, where silence is heard as what lies before and after the words.
 constexpr double kPauseInMusicPrice = 70.0, kPauseInMusicFramePrice = 2.0;
 /// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
@@ -293,19 +292,6 @@ Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
 }
 
 }  // namespace
-
-double levelRangeDb(std::span<const std::int16_t> samples) {
-  constexpr double kQuiet = 0.05, kLoud = 0.95;
-  std::vector<double> levels = speechLevelsDb(samples);  // of the first difference: rumble lies below speech
-  if (levels.empty()) return kCleanRangeDb;
-  std::sort(levels.begin(), levels.end());
-  const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };
-  return at(kLoud) - at(kQuiet);
-}
-
-double noisinessOf(std::span<const std::int16_t> samples) {
-  return std::clamp((kCleanRangeDb - levelRangeDb(samples)) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
-}
 
 Eigen::MatrixXd PhoneDecoder::cepstraOf(std::span<const std::int16_t> samples) {
   const Cepstra cepstra = mouthpiece::cepstraOf(state_->decoder.get(), samples);

@@ -44,13 +44,6 @@ std::vector<float> frontEndCepstra(std::span<const std::int16_t> samples, std::s
 /// cepstra x mel bands: what the front end makes of the logarithms of the bands' energies.
 Eigen::MatrixXd frontEndCosines(std::size_t count);
 
-/// How far a sound's loud frames lie over its quiet ones, dB.
-double levelRangeDb(std::span<const std::int16_t> samples);
-
-/// How noisy a sound is: 0 where its loudest tenths stand over its quietest as in a silent room, 1 where they do as in
-/// a street (docs/theory/hearing/alignment.md).
-double noisinessOf(std::span<const std::int16_t> samples);
-
 /// PocketSphinx with a language's model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
 class PhoneDecoder {

@@ -12,6 +12,7 @@
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_discriminant.h"
 #include "hearing/alignment/phone_loop.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/alignment/speaker_adaptation.h"
 
 namespace mouthpiece {

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 
+#include "audio/spectral_frames.h"
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 
 namespace mouthpiece {
 namespace {
+
+/// Levels that lie as far apart are a street's, or a silent room's, dB (docs/theory/hearing/alignment.md).
+constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 
 std::unique_ptr<UnnamedFile> fileOf(const AudioClip& audio) {
   if (audio.sample_rate_hz != SamplesToHear::kRateHz) return fileOf(resampleAudio(audio, SamplesToHear::kRateHz));
@@ -38,6 +42,19 @@ SamplesToHear::SamplesToHear(const AudioClip& audio) {
   }
   samples_ = samplesToHear(audio);
   all_ = samples_;
+}
+
+double levelRangeDb(std::span<const std::int16_t> samples) {
+  constexpr double kQuiet = 0.05, kLoud = 0.95;
+  std::vector<double> levels = speechLevelsDb(samples);  // of the first difference: rumble lies below speech
+  if (levels.empty()) return kCleanRangeDb;
+  std::sort(levels.begin(), levels.end());
+  const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };
+  return at(kLoud) - at(kQuiet);
+}
+
+double noisinessOf(std::span<const std::int16_t> samples) {
+  return std::clamp((kCleanRangeDb - levelRangeDb(samples)) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
 }
 
 }  // namespace mouthpiece

@@ -31,4 +31,11 @@ class SamplesToHear {
   std::span<const std::int16_t> all_;
 };
 
+/// How far a sound's loud frames lie over its quiet ones, dB.
+double levelRangeDb(std::span<const std::int16_t> samples);
+
+/// How noisy a sound is: 0 where its loudest tenths stand over its quietest as in a silent room, 1 where they do as in
+/// a street (docs/theory/hearing/alignment.md).
+double noisinessOf(std::span<const std::int16_t> samples);
+
 }  // namespace mouthpiece

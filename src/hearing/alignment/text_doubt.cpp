@@ -10,6 +10,7 @@
 #include "base/index.h"
 #include "hearing/alignment/doubt_weights.h"
 #include "hearing/alignment/noise_adaptation.h"
+#include "hearing/alignment/samples_to_hear.h"
 
 namespace mouthpiece {
 namespace {

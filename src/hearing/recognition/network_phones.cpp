@@ -11,8 +11,8 @@
 #include "base/byte_reader.h"
 #include "base/errors.h"
 #include "base/index.h"
-#include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/word_network.h"
 #include "phonetics/language/phone.h"
 

@@ -14,7 +14,6 @@
 #include "base/memory.h"
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
-#include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/samples_to_hear.h"
@@ -180,8 +179,8 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(std::string_view text, const 
   if (text.empty()) return std::nullopt;
   WordsHeard heard;
   try {
-    heard.alignment = aligner_->align(stretch.clip, pronouncer_->wordsOf(text), "stretch", SpeechKind::kSpoken,
-                                      BorderTimes::kFine, stretch.by_network);
+    heard.alignment = aligner_->align(SamplesToHear(stretch.clip), stretch.clip.duration(), pronouncer_->wordsOf(text),
+                                      "stretch", SpeechKind::kSpoken, BorderTimes::kFine, stretch.by_network);
   } catch (const InputError&) {  // the stretch is too short for them
     return std::nullopt;
   }

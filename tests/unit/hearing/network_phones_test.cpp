@@ -244,8 +244,10 @@ TEST_F(NetworkPhones, FindWordsInNoise) {
   const std::vector<TranscriptWord> words = pronouncer.wordsOf(line().text);
   ForcedAligner aligner;
   const auto meanError = [&](const HeardPhones& heard) {
-    const SpeechLabels found =
-        aligner.align(noisy, words, "line", SpeechKind::kSpoken, BorderTimes::kFine, heard).labels;
+    const SpeechLabels found = aligner
+                                   .align(SamplesToHear(noisy), noisy.duration(), words, "line", SpeechKind::kSpoken,
+                                          BorderTimes::kFine, heard)
+                                   .labels;
     double sum = 0;
     for (std::size_t word = 0; word < found.words.size(); ++word) {
       sum += std::abs(found.spanOf(found.words[word].phones).start -
