@@ -104,7 +104,7 @@ Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eige
 }
 
 HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples) {
-  constexpr Eigen::Index kPart = 2000, kBeside = 100;  // frames of 10 ms
+  constexpr Eigen::Index kPart = 1800, kBeside = 100;  // frames of 10 ms; an encoding of over 21 s is too long to read
   constexpr std::size_t kFrame = 160;                  // samples
   const auto frames = signedIndex((samples.size() + kFrame - 1) / kFrame);
   HeardPhones phones = HeardPhones::Constant(signedIndex(kPhoneCount), frames, asFloat(1.0 / asReal(kPhoneCount)));

@@ -21,7 +21,7 @@ Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded);
 /// `first` frames after the ear's sound; the encoded sound begins at `start` of it.
 Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eigen::Index first, Eigen::Index count);
 
-/// What `network` hears of a sound's phones, 16 kHz, in parts of 20 s: a column every kEarStep from kEarShift on, to
+/// What `network` hears of a sound's phones, 16 kHz, in parts of 18 s: a column every kEarStep from kEarShift on, to
 /// the sound's end; the same for all phones where it is too short. Throws InputError where the network cannot.
 HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples);
 

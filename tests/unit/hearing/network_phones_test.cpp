@@ -216,13 +216,13 @@ TEST(WithHeardSpeech, HasNoStretchThatIsTooLongToHear) {
   for (std::size_t i = 1; i < all.size(); ++i) EXPECT_NEAR(all[i].span.start, all[i - 1].span.end, 0.02);
 }
 
-/// A long sound is heard in parts, of which one begins in this line.
+/// A long sound is heard in parts, of which one begins in this line; others lie wholly within the sound.
 TEST_F(NetworkPhones, AreThoseOfTheLineWhereverItIsSaid) {
-  constexpr std::size_t kAt = 19 * 16000;
+  constexpr std::size_t kAt = 35 * 16000;
   const std::vector<std::int16_t> samples = samplesToHear(line().audio);
   std::vector<std::int16_t> sound(kAt);
   sound.insert(sound.end(), samples.begin(), samples.end());
-  sound.resize(sound.size() + 16000);
+  sound.resize(sound.size() + 20 * 16000);
   const HeardPhones alone = hearPhones(*shipped(), samples), late = hearPhones(*shipped(), sound);
   EXPECT_EQ(late.cols(), signedIndex((sound.size() + 159) / 160));
   Eigen::Index same = 0;

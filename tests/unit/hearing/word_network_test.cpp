@@ -236,7 +236,11 @@ TEST_F(BrokenNetwork, HeardSomethingElse) {
         ->hear(sound, "line")
         .text;
   };
-  EXPECT_EQ(hear(networkOf(answering("[{\"text\":\"goodbye\",\"log_probability\":-5}]").c_str())), hear({}));
+  const char* says_goodbye = R"(import { readSync, writeSync } from 'node:fs';
+    const read = (count) => { const bytes = Buffer.alloc(count); let at = 0;
+      while (at < count) at += readSync(0, bytes, at, count - at) || process.exit(0); return bytes; };
+    for (;;) { read(2 * read(8).readUInt32LE(0)); writeSync(3, '[{"text":"goodbye","log_probability":-5}]\n'); })";
+  EXPECT_EQ(hear(networkOf(says_goodbye)), hear({}));
 }
 
 /// Tokens of bytes: the first is no character yet, the second makes it one, of which a half is new.
