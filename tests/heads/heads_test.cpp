@@ -252,14 +252,14 @@ class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // 29, 31, 47, 55, 71, 88, 93, 95, 101, 127 and 137 by lips that are made to meet, 244 by skin that is relaxed where a
 // lip snapped shut, 106 and 394 since narrow slits are seen, 313 since the last closure of a face that is well is
 // mended, 607 and 632 since walls of the mouth cross no lip, 658 since lips that met wrongly are made to meet even
-// where relaxing has left a jump alone, 666 where it opens them, 114 since nothing is asked of lips beyond the corners
-// of their mesh, it and 615 since skin that is torn where lips meet is relaxed, 449 since tongues
-// come out between the lips, 833 since no skin between the lips is one's, 84, 406, 801
+// where relaxing has left a jump alone, 666 where it opens them, 615 since skin that is torn where lips meet is
+// relaxed (so did 114, until what phones tell of the lips was judged: its lip pops), 449 since tongues come out between
+// the lips, 833 since no skin between the lips is one's, 84, 406, 801
 // and 832 since nothing in each other is asked there either, nor of lips' backs, 456 since coarse rims hang on what is
 // an edge away, 295 since no vertex may go three times as far as any marker does, 985 since the surface is measured
 // along the skin, 1149 since large triangles are a lip's, too, 748, 964 and 1090 since coarse rims hang where they lie,
 // 1239 since thick lips are tucked less, 1808 since lips that get into the teeth are, too.
-// Every third for everybody, but for the four that take longest; all of them each night.
+// Every third for everybody, but for those that take longest; all of them each night.
 std::vector<unsigned> seedsThatPass() {
   const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,    7,   8,   9,    10,   11,  12,  13,  14,
                                   15,  16,  17,  18,  19,  20,   21,  22,  23,   25,   29,  31,  35,  47,
@@ -268,7 +268,7 @@ std::vector<unsigned> seedsThatPass() {
                                   801, 832, 456, 295, 985, 1149, 748, 964, 1090, 1239, 1808};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
-  constexpr std::array<unsigned, 4> kDear{7, 13, 71, 295};
+  constexpr std::array<unsigned, 3> kDear{7, 13, 71};
   for (std::size_t i = 0; i < all.size(); i += 3)
     if (std::ranges::find(kDear, all[i]) == kDear.end()) some.push_back(all[i]);
   return some;
