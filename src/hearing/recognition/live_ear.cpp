@@ -204,7 +204,7 @@ Eigen::MatrixXf LiveEar::State::posteriorsOfOpen() const {
     if (by_network[i].size() == 0) continue;
     if (!is_silent)
       column = heardByBoth(open[i], by_network[i], noisiness);
-    else if (by_network[i](static_cast<Eigen::Index>(Phone::kSil)) < 0.5F)
+    else if (isPhone(by_network[i]))
       column = by_network[i];
   }
   return posteriors;

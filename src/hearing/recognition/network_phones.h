@@ -8,6 +8,7 @@
 #include "base/time.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/recognition/word_network.h"
+#include "phonetics/language/phone.h"
 
 namespace mouthpiece {
 
@@ -20,6 +21,11 @@ Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded);
 /// `phones`, of phonesOfEncoded(), at the times of `count` of an ear's frames (kEarStep, kEarShift), which begins
 /// `first` frames after the ear's sound; the encoded sound begins at `start` of it.
 Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eigen::Index first, Eigen::Index count);
+
+/// Whether a phone is likelier than silence in a frame: a column of HeardPhones.
+inline bool isPhone(const Eigen::Ref<const Eigen::VectorXf>& frame) {
+  return frame(static_cast<Eigen::Index>(Phone::kSil)) < 0.5F;
+}
 
 /// What `network` hears of a sound's phones, 16 kHz, in parts of 18 s: a column every kEarStep from kEarShift on, to
 /// the sound's end; the same for all phones where it is too short. Throws InputError where the network cannot.

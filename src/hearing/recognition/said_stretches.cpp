@@ -5,25 +5,20 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
+#include "hearing/recognition/network_phones.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kLongestHeard = 20;
 /// What a network gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
 constexpr Seconds kMargin = 0.2;
-
-/// A network surely hears a phone, not silence, where this is the likelier.
-bool isPhone(const HeardPhones& heard, Eigen::Index frame) {
-  return heard(static_cast<Eigen::Index>(Phone::kSil), frame) < 0.5F;
-}
 
 /// Where a network hears phones, with pauses up to findSpeech()'s; of kLongestStretch at most each.
 std::vector<TimeSpan> heardSpans(const HeardPhones& heard) {
   constexpr Seconds kPause = 0.35;
   std::vector<TimeSpan> spans;
   for (Eigen::Index frame = 0; frame < heard.cols(); ++frame) {
-    if (!isPhone(heard, frame)) continue;
+    if (!isPhone(heard.col(frame))) continue;
     const Seconds start = asReal(frame) * kEarStep + kEarShift, end = start + kEarStep;
     if (!spans.empty() && start - spans.back().end < kPause && end - spans.back().start <= kLongestStretch)
       spans.back().end = end;
@@ -33,14 +28,14 @@ std::vector<TimeSpan> heardSpans(const HeardPhones& heard) {
   return spans;
 }
 
-/// Stretches of speech; those that lie no farther apart than `pause` are one, kLongestHeard at most.
+/// Stretches of speech; those that lie no farther apart than `pause` are one, kLongestStretch at most.
 std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds pause) {
   std::vector<TimeSpan> spans;
   bool is_next = false;  // nothing else than a pause lies before it
   for (const SoundStretch& stretch : stretches) {
     const bool is_speech = stretch.kind == SoundKind::kSpeech;
     if (is_speech && is_next && stretch.span.start - spans.back().end < pause &&
-        stretch.span.end - spans.back().start <= kLongestHeard) {
+        stretch.span.end - spans.back().start <= kLongestStretch) {
       spans.back().end = stretch.span.end;
     } else if (is_speech) {
       spans.push_back(stretch.span);
@@ -54,7 +49,7 @@ std::vector<TimeSpan> toHear(const std::vector<SoundStretch>& stretches, Seconds
 
 Seconds heardAsPhones(const HeardPhones& heard) {
   Seconds time = 0;
-  for (Eigen::Index frame = 0; frame < heard.cols(); ++frame) time += isPhone(heard, frame) ? kEarStep : 0;
+  for (Eigen::Index frame = 0; frame < heard.cols(); ++frame) time += isPhone(heard.col(frame)) ? kEarStep : 0;
   return time;
 }
 
