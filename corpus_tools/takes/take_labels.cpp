@@ -8,6 +8,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/network_doubt.h"
+#include "hearing/recognition/network_phones.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -95,7 +96,7 @@ std::optional<SpeechLabels> withWords(const SpeechLabels& labels, std::string_vi
 }
 
 TakeLabeller::TakeLabeller(const Lexicon& lexicon, std::shared_ptr<WordNetwork> network, const Language& language)
-    : lexicon_(lexicon), network_(&language == &english() ? std::move(network) : nullptr), language_(language) {}
+    : lexicon_(lexicon), network_(std::move(network)), language_(language) {}
 TakeLabeller::~TakeLabeller() = default;
 
 std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
@@ -110,9 +111,11 @@ std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
 TakeLabeller::Labels TakeLabeller::label(const AudioClip& audio, const std::string& text, const std::string& name) {
   std::unique_ptr<ForcedAligner> aligner = takeAligner();
   const SamplesToHear to_hear(audio);
-  ForcedAlignment found =
-      aligner->align(to_hear, audio.duration(), pronouncer_->wordsOf(text), name, SpeechKind::kSpoken);
-  const std::string fault = network_ ? judgeByNetwork(*network_, *pronouncer_, to_hear, found) : "";
+  std::string fault;
+  const HeardPhones heard = network_ ? phonesBesideText(*network_, to_hear.all(), language_, fault) : HeardPhones();
+  ForcedAlignment found = aligner->align(to_hear, audio.duration(), pronouncer_->wordsOf(text), name,
+                                         SpeechKind::kSpoken, BorderTimes::kFine, heard);
+  if (network_ && fault.empty()) fault = judgeByNetwork(*network_, *pronouncer_, to_hear, found);
   Labels labels{std::move(found.labels), {}};
   for (const std::size_t i : found.doubtfulWords()) {
     const LabelledWord& word = labels.labels.words[i];

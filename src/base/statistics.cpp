@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -36,6 +38,16 @@ double interpolatedQuantile(std::vector<double> values, double share, double if_
   const auto below = select(values, rank);
   const double above = below + 1 == values.end() ? *below : *std::min_element(below + 1, values.end());
   return std::lerp(*below, above, rank - std::floor(rank));
+}
+
+double leastMean(std::span<const double> values, std::size_t count) {
+  count = std::min(count, values.size());
+  double sum = std::accumulate(values.begin(), values.begin() + signedIndex(count), 0.0), least = sum;
+  for (std::size_t i = count; i < values.size(); ++i) {
+    sum += values[i] - values[i - count];
+    least = std::min(least, sum);
+  }
+  return least / asReal(count);
 }
 
 }  // namespace mouthpiece

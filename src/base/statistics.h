@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace mouthpiece {
@@ -16,5 +18,8 @@ double quantile(std::vector<double> values, double share, double if_none = std::
 /// The same on a straight line between the two values beside that place, as numpy.quantile has it.
 double interpolatedQuantile(std::vector<double> values, double share,
                             double if_none = std::numeric_limits<double>::quiet_NaN());
+
+/// The least mean of `count` values in a row; of all where there are fewer. There is at least one.
+double leastMean(std::span<const double> values, std::size_t count);
 
 }  // namespace mouthpiece

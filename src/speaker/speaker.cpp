@@ -183,10 +183,10 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   const bool is_long = lasts > kReadTwice;
   const SamplesToHear to_hear(line.audio);
   if (is_long) line.audio = {};
-  const bool asks_network = language == &english() && options.hear != SpeakerOptions::Hear::kPhones;
+  const bool asks_network = options.hear != SpeakerOptions::Hear::kPhones;
   std::string failure;
   HeardPhones heard;
-  if (asks_network && !source.is_sung) heard = phonesInNoise(*network(), to_hear.all(), failure);
+  if (asks_network && !source.is_sung) heard = phonesBesideText(*network(), to_hear.all(), *language, failure);
   ForcedAlignment alignment =
       aligner->align(to_hear, lasts, words, source.audio.string(), kind, BorderTimes::kFine, heard);
   if (is_long) {

@@ -13,6 +13,7 @@ import pathlib
 import statistics
 import subprocess
 import tempfile
+import wave
 
 # What the sounds do is said here a second time, without the program's own table.
 SHUT = set("pbmɓʙʘ")
@@ -99,6 +100,21 @@ def lips(phones, path):
     return shut, round_widths, spread_widths
 
 
+def put_in_noise(path, level_db):
+    """Puts pink noise under a sound of 16 bits, so far under its mean power."""
+    import numpy
+
+    with wave.open(str(path), "rb") as file:
+        shape, sound = file.getparams(), numpy.frombuffer(file.readframes(file.getnframes()), numpy.int16).astype(float)
+    spectrum = numpy.fft.rfft(numpy.random.default_rng(1).standard_normal(len(sound)))
+    noise = numpy.fft.irfft(spectrum / numpy.sqrt(numpy.maximum(1, numpy.arange(len(spectrum)))), len(sound))
+    both = sound + noise * 10 ** (-level_db / 20) * numpy.sqrt(numpy.mean(sound**2) / numpy.mean(noise**2))
+    both *= 32000 / max(32000, numpy.max(numpy.abs(both)))
+    with wave.open(str(path), "wb") as file:
+        file.setparams(shape)
+        file.writeframes(both.astype(numpy.int16).tobytes())
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     root = pathlib.Path(__file__).resolve().parents[2]
@@ -106,6 +122,7 @@ def main():
     parser.add_argument("--lines", default=str(root / "tests/data/language_lines.tsv"))
     parser.add_argument("--only", default="", help="one language")
     parser.add_argument("--worst", action="store_true", help="the sounds whose borders are worst, too")
+    parser.add_argument("--noise", type=float, help="dB from the sound that is aligned down to pink noise in it (numpy)")
     options = parser.parse_args()
     lines = {}
     for line in pathlib.Path(options.lines).read_text(encoding="utf-8").splitlines():
@@ -126,6 +143,8 @@ def main():
                 wav, truth, found, motion = (folder / name for name in ("a.wav", "a.TextGrid", "b.TextGrid", "m.csv"))
                 run = [options.synth, "--voice", voice, "--text", text, "--quiet"]
                 subprocess.run([*run, "-o", wav, "-o", truth, "-o", motion], check=True)
+                if options.noise is not None:
+                    put_in_noise(wav, options.noise)
                 subprocess.run([options.synth, "--audio", wav, "--transcript", text, "--language", tag, "--quiet", "-o",
                                 found], check=True)
                 said = read_grid(truth)

@@ -128,7 +128,7 @@ class TakeTrial {
   std::optional<ForcedAlignment> align(const AudioClip& sound, const Words& words) {
     std::string fault;
     const HeardPhones heard =
-        network_ != nullptr ? phonesInNoise(*network_, samplesToHear(sound), fault) : HeardPhones();
+        network_ != nullptr ? phonesBesideText(*network_, samplesToHear(sound), english(), fault) : HeardPhones();
     if (!fault.empty()) throw InputError("trial", "", fault);
     try {
       return aligner_.align(SamplesToHear(sound), sound.duration(), words, "trial", SpeechKind::kSpoken,

@@ -36,7 +36,7 @@ struct AlignmentTrial {
 struct AlignmentTrialOptions {
   std::size_t most_takes = 40;     ///< evenly chosen
   std::size_t jobs = 0;            ///< threads; 0: one a core. The result does not depend on it
-  WordNetwork* network = nullptr;  ///< that hears phones in noise (phonesInNoise); none: the aligner alone
+  WordNetwork* network = nullptr;  ///< that hears phones in noise (phonesBesideText); none: the aligner alone
   EvaluationProgress progress = {};
 };
 

@@ -315,7 +315,8 @@ ForcedAlignment ForcedAligner::align(const SamplesToHear& to_hear, Seconds lasts
   if (kind != SpeechKind::kSpoken) return std::move(alignment);
   const std::span<const std::int16_t> samples = to_hear.all();
   if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
-  Believed believed = &language_ == &english() ? doubt_->judge(decoded, samples) : doubt_->judgeLines(decoded, samples);
+  Believed believed =
+      &language_ == &english() ? doubt_->judge(decoded, samples) : doubt_->judgeLines(decoded, samples, heard);
   if (believed.words.size() == alignment.confidence.size()) {
     alignment.confidence = std::move(believed.words);
     alignment.line_confidence = std::move(believed.lines);

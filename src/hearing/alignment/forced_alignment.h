@@ -73,7 +73,7 @@ class ForcedAligner : public Aligner {
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
                         SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
   /// The same of a sound of which nothing else is kept: of an hour, it would take as much memory as all that is heard
-  /// in it. `lasts`: how long it is. `heard` counts beside the acoustic model in spoken English.
+  /// in it. `lasts`: how long it is. `heard` counts beside the acoustic model in spoken words.
   ForcedAlignment align(const SamplesToHear& samples, Seconds lasts, const std::vector<TranscriptWord>& words,
                         std::string_view name, SpeechKind kind, BorderTimes times = BorderTimes::kFine,
                         const HeardPhones& heard = {});

@@ -1,13 +1,19 @@
 // Lines in languages whose sounds the acoustic model never learnt (docs/theory/hearing/alignment.md#other-languages).
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "base/index.h"
+#include "base/statistics.h"
 #include "hearing/alignment/line_doubt_weights.h"
+#include "hearing/alignment/phone_edits.h"
 #include "hearing/alignment/text_doubt.h"
 
 namespace mouthpiece {
 namespace {
+
+using Ratios = Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>;
 
 /// A phone that is never heard where another one is said tells no more than this.
 constexpr float kLeastMatch = 0.01F;
@@ -17,70 +23,152 @@ constexpr Seconds kHeardStep = 0.010, kLongestUntold = 1.0;
 /// What tells of a line, summed up phone by phone.
 class LineEvidence {
  public:
-  /// `ratio`: of what is heard in it, how much more often that is heard in this phone than at any time.
-  void add(const DecodedPhone& phone, float ratio) {
+  /// `heard`: posteriors of all phones, a column a frame; `ratios`: how much more often the phone of a column is heard
+  /// than at any time where that of a row is said. Both have to outlive this.
+  LineEvidence(const Eigen::MatrixXf& heard, const Ratios& ratios) : heard_(heard), ratios_(ratios) {}
+
+  void add(const DecodedPhone& phone) {
+    const Eigen::Index first = std::min(signedIndex(phone.first_frame), heard_.cols() - 1);
+    const Eigen::Index count = std::clamp<Eigen::Index>(phone.frames, 1, heard_.cols() - first);
+    const Eigen::VectorXf heard = heard_.middleCols(first, count).rowwise().mean();
+    if (end_ == 0) begin_ = first;
+    end_ = first + count;
+    if (phone.phone == Phone::kSil) {
+      untold_ += kHeardStep * phone.frames * (1 - double{heard[0]});
+      return;
+    }
     const double length = std::log(std::max(1, phone.frames));
-    match_ += double{std::log(std::max(kLeastMatch, ratio))};
+    matches_.push_back(std::log(std::max(kLeastMatch, ratios_.row(static_cast<Eigen::Index>(phone.phone)).dot(heard))));
+    phones_.push_back(phone.phone);
     score_ += phone.score;
     frames_ += phone.frames;
     lengths_ += length;
     squares_ += length * length;
     brief_ += phone.frames <= kBrief ? 1 : 0;
-    ++phones_;
   }
-  /// Silence in the alignment that sounds like speech for so long.
-  void addUntold(Seconds time) { untold_ += time; }
-  [[nodiscard]] double odds(double noise) const {
-    const double usual = lengths_ / phones_;
-    const OtherLineFacts facts{.match = match_ / phones_,
-                               .few = 1 / std::sqrt(phones_),
-                               .score = score_ / std::max(frames_, 1.0),
-                               .uneven = std::sqrt(std::max(0.0, squares_ / phones_ - usual * usual)),
+  /// By an acoustic model's ear.
+  [[nodiscard]] double oddsByEar(double noise) const {
+    const OtherLineFacts facts{.match = match(),
+                               .few = few(),
+                               .score = score(),
+                               .uneven = uneven(),
                                .untold = std::min(untold_, kLongestUntold),
-                               .brief = brief_ / phones_,
+                               .brief = brief_ / count(),
                                .noise = noise};
     return std::min(oddsAgainstAnother(facts), oddsAgainstMore(facts));
   }
+  /// By the network's phones.
+  [[nodiscard]] double oddsByNetwork(double noise) const {
+    constexpr double kLeftOut = 1.5, kPriceOfMatch = 0.6, kFreeMatch = 2.0, kNothingHeard = 3.0;
+    constexpr std::size_t kShort = 5, kLong = 6;  // phones
+    const std::vector<Phone> heard = phonesHeard();
+    const PhoneEdits edits =
+        cheapestEdits(phones_.size(), heard.size(), kLeftOut, [&](std::size_t text, std::size_t said) {
+          const float ratio = ratios_(static_cast<Eigen::Index>(phones_[text]), static_cast<Eigen::Index>(heard[said]));
+          return kPriceOfMatch * std::max(0.0, kFreeMatch - double{std::log(std::max(kLeastMatch, ratio))});
+        });
+    const auto greatestMean = [&](std::vector<double> prices) {
+      for (double& price : prices) price = -price;
+      return -leastMean(prices, kShort);
+    };
+    const HeardLineFacts facts{.match = match(),
+                               .least = leastMean(matches_, kLong),
+                               .few = few(),
+                               .score = score(),
+                               .uneven = uneven(),
+                               .untold = std::min(untold_, kLongestUntold),
+                               .edits = edits.price / asReal(std::max(phones_.size(), heard.size())),
+                               .unheard = greatestMean(edits.of_first),
+                               .unsaid = heard.empty() ? kNothingHeard : greatestMean(edits.of_second),
+                               .longer = std::log(asReal(phones_.size() + 1) / asReal(heard.size() + 1)),
+                               .noise = noise};
+    return std::min({oddsAgainstAnother(facts), oddsAgainstMore(facts), oddsAgainstChanged(facts)});
+  }
 
  private:
-  double match_ = 0, score_ = 0, frames_ = 0, lengths_ = 0, squares_ = 0, brief_ = 0, phones_ = 0;
+  [[nodiscard]] double count() const { return asReal(phones_.size()); }
+  [[nodiscard]] double match() const {
+    double sum = 0;
+    for (const double value : matches_) sum += value;
+    return sum / count();
+  }
+  [[nodiscard]] double few() const { return 1 / std::sqrt(count()); }
+  [[nodiscard]] double score() const { return score_ / std::max(frames_, 1.0); }
+  [[nodiscard]] double uneven() const {
+    const double usual = lengths_ / count();
+    return std::sqrt(std::max(0.0, squares_ / count() - usual * usual));
+  }
+  /// The likeliest row of phones in the line's time, whatever is said, where another phone has a price (Viterbi).
+  [[nodiscard]] std::vector<Phone> phonesHeard() const {
+    constexpr float kAnother = 3.0F, kLeastLikely = 1e-4F;
+    constexpr int kShortestHeard = 2;  // frames
+    const Eigen::Index frames = end_ - begin_;
+    const Eigen::ArrayXXf likely = (heard_.middleCols(begin_, frames).array() + kLeastLikely).log();
+    Eigen::ArrayXXi before(likely.rows(), frames);
+    Eigen::ArrayXf path = likely.col(0);
+    Eigen::Index best = 0;
+    for (Eigen::Index t = 1; t < frames; ++t) {
+      const float change = path.maxCoeff(&best) - kAnother;
+      for (Eigen::Index phone = 0; phone < path.size(); ++phone) {
+        before(phone, t) = static_cast<int>(path[phone] >= change ? phone : best);
+        path[phone] = std::max(path[phone], change) + likely(phone, t);
+      }
+    }
+    path.maxCoeff(&best);
+    std::vector<Phone> phones;  // the last first
+    int lasts = 0;
+    for (Eigen::Index t = frames; t-- > 0;) {
+      ++lasts;
+      const Eigen::Index next = t > 0 ? before(best, t) : -1;
+      if (next == best) continue;
+      if (best != static_cast<Eigen::Index>(Phone::kSil) && lasts >= kShortestHeard)
+        phones.push_back(static_cast<Phone>(best));
+      best = next;
+      lasts = 0;
+    }
+    std::reverse(phones.begin(), phones.end());
+    return phones;
+  }
+
+  const Eigen::MatrixXf& heard_;
+  const Ratios& ratios_;
+  std::vector<double> matches_;
+  std::vector<Phone> phones_;
+  double score_ = 0, frames_ = 0, lengths_ = 0, squares_ = 0, brief_ = 0;
   Seconds untold_ = 0;
+  Eigen::Index begin_ = 0, end_ = 0;  ///< frames
 };
 
 }  // namespace
 
-Believed TextDoubt::judgeLines(std::span<const DecodedPhone> decoded, std::span<const std::int16_t> samples) {
-  const Eigen::MatrixXf posteriors = posteriorsOf(samples);
+Believed TextDoubt::judgeLines(std::span<const DecodedPhone> decoded, std::span<const std::int16_t> samples,
+                               const HeardPhones& heard) {
+  const bool by_network = heard.cols() > 0;
+  const Eigen::MatrixXf by_ear = by_network ? Eigen::MatrixXf() : posteriorsOf(samples);
+  const Eigen::MatrixXf& posteriors = by_network ? heard : by_ear;
   Believed believed;
   if (posteriors.cols() == 0) return believed;
+  const Ratios ratios = Eigen::Map<const Ratios>((by_network ? kNetworkHearsElsewhere : kHeardElsewhere).data());
   const double noise = noiseOf(samples);
-  const Eigen::Map<const Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>> ratios(
-      kHeardElsewhere.data());
   const auto words = unsignedIndex(
       std::count_if(decoded.begin(), decoded.end(), [](const DecodedPhone& phone) { return phone.opens_word; }));
   const std::vector<std::size_t> ends = lineEnds(words);
-  LineEvidence line;
+  std::optional<LineEvidence> line;
   std::size_t word = 0, next_line = 0;
   const auto judge = [&] {
-    const double odds = line.odds(noise);
+    const double odds = by_network ? line->oddsByNetwork(noise) : line->oddsByEar(noise);
     believed.lines.resize(word, 1 / (1 + std::exp(-odds)));
-    line = {};
+    line.reset();
   };
   for (const DecodedPhone& phone : decoded) {
-    const bool is_silence = phone.phone == Phone::kSil;
-    if (!is_silence && phone.opens_word && word == ends[next_line]) {
+    const bool opens_word = phone.phone != Phone::kSil && phone.opens_word;
+    if (opens_word && word == ends[next_line]) {
       judge();
       ++next_line;
     }
-    word += !is_silence && phone.opens_word ? 1U : 0U;
-    const Eigen::Index first = std::min(signedIndex(phone.first_frame), posteriors.cols() - 1);
-    const Eigen::Index count = std::clamp<Eigen::Index>(phone.frames, 1, posteriors.cols() - first);
-    const Eigen::VectorXf heard = posteriors.middleCols(first, count).rowwise().mean();
-    if (is_silence) {
-      line.addUntold(kHeardStep * phone.frames * (1 - double{heard[0]}));
-    } else {
-      line.add(phone, ratios.row(static_cast<Eigen::Index>(phone.phone)).dot(heard));
-    }
+    word += opens_word ? 1U : 0U;
+    if (!line) line.emplace(posteriors, ratios);
+    line->add(phone);
   }
   if (word > 0) judge();
   believed.words = believed.lines;

@@ -214,6 +214,8 @@ std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) con
   return words;
 }
 
+const Language& Pronouncer::language() const { return state_->language; }
+
 bool Pronouncer::knows(std::string_view word) const {
   if (state_->dictionary.isEmpty() || !isSpelled(word) || !state_->fromLexicon(word).empty()) return true;
   return !state_->dictionary.find(lowerCase(word)).empty();

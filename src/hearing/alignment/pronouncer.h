@@ -30,6 +30,8 @@ class Pronouncer {
   /// does.
   [[nodiscard]] std::vector<TranscriptWord> wordsOf(std::string_view transcript) const;
 
+  [[nodiscard]] const Language& language() const;
+
   /// Whether the lexicon or the language's dictionary has the word, so that nobody guesses; true for what is no word
   /// of letters, and where the language has no dictionary.
   [[nodiscard]] bool knows(std::string_view word) const;

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
 #include "hearing/alignment/doubt_weights.h"
 #include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/samples_to_hear.h"
@@ -50,17 +51,6 @@ double likelihoodOf(double odds) { return 1 / (1 + std::exp(-odds)); }
 
 double meanOf(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / asReal(values.size());
-}
-
-/// The least mean of `count` values in a row; of all where there are fewer.
-double leastMean(std::span<const double> values, std::size_t count) {
-  count = std::min(count, values.size());
-  double sum = std::accumulate(values.begin(), values.begin() + signedIndex(count), 0.0), least = sum;
-  for (std::size_t i = count; i < values.size(); ++i) {
-    sum += values[i] - values[i - count];
-    least = std::min(least, sum);
-  }
-  return least / asReal(count);
 }
 
 /// A word as it was found; its phones by their places.

@@ -76,7 +76,9 @@ class TextDoubt {
   /// `decoded`: what PhoneDecoder::decode() found of English words in `samples`, 16 kHz.
   Believed judge(std::span<const DecodedPhone> decoded, std::span<const std::int16_t> samples);
   /// The same of words in a language whose sounds the model never learnt: lines alone, whose words share their odds.
-  Believed judgeLines(std::span<const DecodedPhone> decoded, std::span<const std::int16_t> samples);
+  /// `heard`: by what decode() was told besides, if by anything, they are judged.
+  Believed judgeLines(std::span<const DecodedPhone> decoded, std::span<const std::int16_t> samples,
+                      const HeardPhones& heard = {});
 
  private:
   PhoneDecoder& decoder_;

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -14,6 +12,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/statistics.h"
+#include "hearing/alignment/phone_edits.h"
 #include "hearing/alignment/text_doubt.h"
 
 namespace mouthpiece {
@@ -41,46 +40,19 @@ struct Differences {
 
 constexpr std::size_t kInARow = 4;
 
-/// The least edit distance, and what of it lies in each phone of both rows.
 Differences differencesOf(const std::vector<Phone>& text, const std::vector<Phone>& heard) {
   constexpr double kLeftOut = 0.7, kOfItsKind = 0.6, kOther = 1.0;
-  constexpr double kSame = 1e-9;
   if (text.empty() || heard.empty()) return {kInARow, kInARow};
-  const auto change = [&](std::size_t i, std::size_t j) {
+  const PhoneEdits edits = cheapestEdits(text.size(), heard.size(), kLeftOut, [&](std::size_t i, std::size_t j) {
     if (text[i] == heard[j]) return 0.0;
     return isVowel(text[i]) == isVowel(heard[j]) ? kOfItsKind : kOther;
+  });
+  const auto most = [&](const std::vector<double>& prices) {
+    std::vector<double> same;  // less than none
+    for (const double price : prices) same.push_back(price == kLeftOut ? -1 : -price);
+    return -leastMean(same, kInARow) * asReal(std::min(kInARow, same.size()));
   };
-  const auto at = [](std::size_t i) { return signedIndex(i); };
-  Eigen::ArrayXXd cost(at(text.size() + 1), at(heard.size() + 1));
-  for (std::size_t i = 0; i <= text.size(); ++i) {
-    for (std::size_t j = 0; j <= heard.size(); ++j) {
-      double& least = cost(at(i), at(j)) = i + j == 0 ? 0 : 1e9;
-      if (i > 0) least = std::min(least, cost(at(i - 1), at(j)) + kLeftOut);
-      if (j > 0) least = std::min(least, cost(at(i), at(j - 1)) + kLeftOut);
-      if (i > 0 && j > 0) least = std::min(least, cost(at(i - 1), at(j - 1)) + change(i - 1, j - 1));
-    }
-  }
-  std::vector<double> of_text(text.size(), 0), of_heard(heard.size(), 0);
-  for (std::size_t i = text.size(), j = heard.size(); i + j > 0;) {
-    const double here = cost(at(i), at(j));
-    if (i > 0 && j > 0 && std::abs(here - cost(at(i - 1), at(j - 1)) - change(i - 1, j - 1)) < kSame) {
-      --i, --j;
-      of_text[i] = of_heard[j] = change(i, j);
-    } else if (i > 0 && std::abs(here - cost(at(i - 1), at(j)) - kLeftOut) < kSame) {
-      of_text[--i] = 1;
-    } else {
-      of_heard[--j] = 1;
-    }
-  }
-  const auto most = [](const std::vector<double>& of) {
-    const std::size_t row = std::min(kInARow, of.size());
-    double best = 0;
-    for (std::size_t first = 0; first + row <= of.size(); ++first)
-      best =
-          std::max(best, std::accumulate(of.begin() + signedIndex(first), of.begin() + signedIndex(first + row), 0.0));
-    return best;
-  };
-  return {most(of_text), most(of_heard)};
+  return {most(edits.of_first), most(edits.of_second)};
 }
 
 /// As the dictionary has the words first; none where they cannot be said.
@@ -184,7 +156,8 @@ void believe(const Line& line, const TextScore& score, const Pronouncer& pronoun
 
 std::string judgeByNetwork(WordNetwork& network, const Pronouncer& pronouncer, const SamplesToHear& to_hear,
                            ForcedAlignment& alignment) {
-  if (alignment.line_confidence.empty() || !network.isThere()) return {};
+  const bool is_english = &pronouncer.language() == &english();
+  if (!is_english || alignment.line_confidence.empty() || !network.isThere()) return {};
   const std::vector<Line> lines = linesToAsk(to_hear, alignment);
   try {
     for (std::size_t first = 0; first < lines.size(); first += WordNetwork::kAskedOfOneProgram) {

@@ -121,8 +121,10 @@ HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> sampl
   return phones;
 }
 
-HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> samples, std::string& fault) {
-  if (!network.isThere() || noisinessOf(samples) <= 0) return {};
+HeardPhones phonesBesideText(WordNetwork& network, std::span<const std::int16_t> samples, const Language& language,
+                             std::string& fault) {
+  const bool is_known = &language == &english();
+  if (!network.isThere() || (is_known && noisinessOf(samples) <= 0)) return {};
   try {
     return hearPhones(network, samples);
   } catch (const InputError& error) {

@@ -8,6 +8,7 @@
 #include "base/time.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/recognition/word_network.h"
+#include "phonetics/language/language.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
@@ -31,9 +32,11 @@ inline bool isPhone(const Eigen::Ref<const Eigen::VectorXf>& frame) {
 /// the sound's end; the same for all phones where it is too short. Throws InputError where the network cannot.
 HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples);
 
-/// The same of a sound in noise, where an acoustic model alone tells too little; none of a cleaner sound (noisinessOf)
-/// or where the network is not there or cannot, which `fault` then says.
-HeardPhones phonesInNoise(WordNetwork& network, std::span<const std::int16_t> samples, std::string& fault);
+/// The same where an acoustic model alone tells too little of how words of `language` lie in a sound: in noise
+/// (noisinessOf), and in all languages but English, whose sounds it never learnt. None elsewhere, and where the network
+/// is not there or cannot, which `fault` then says.
+HeardPhones phonesBesideText(WordNetwork& network, std::span<const std::int16_t> samples, const Language& language,
+                             std::string& fault);
 
 /// How likely each phone is by an ear (PhoneEar) and by the network, in the same frames, of a sound as noisy as
 /// noisinessOf() tells: the ear counts less there.

@@ -65,13 +65,13 @@ int runAlign(const AlignArguments& given) {
   const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
   const SamplesToHear to_hear(audio);
   ForcedAligner aligner({}, language);
-  const std::shared_ptr<WordNetwork> network = &language == &english() ? sharedWordNetwork() : nullptr;
+  const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
   std::string fault;
   HeardPhones heard;
-  if (network && !given.sung) heard = phonesInNoise(*network, to_hear.all(), fault);
+  if (!given.sung) heard = phonesBesideText(*network, to_hear.all(), language, fault);
   ForcedAlignment alignment =
       aligner.align(to_hear, audio.duration(), words, given.audio.string(), kind, BorderTimes::kFine, heard);
-  if (network && fault.empty()) fault = judgeByNetwork(*network, pronouncer, to_hear, alignment);
+  if (fault.empty()) fault = judgeByNetwork(*network, pronouncer, to_hear, alignment);
   if (!fault.empty()) printNotice(fault, given.quiet);
   writeTextGrid(given.output, alignment.labels);
   noteDoubtfulWords(alignment, given.quiet);

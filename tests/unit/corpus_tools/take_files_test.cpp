@@ -143,7 +143,7 @@ TEST(ReadTake, PhonesThatATextGridLacksAreFound) {
   }
 }
 
-/// Words of takes in another language are said, and their phones written, as it does; the network hears English alone.
+/// Words of takes in another language are said, and their phones written, as it does.
 TEST(TakeLabeller, SaysTheWordsOfAnotherLanguage) {
   const SpokenLine said = makeVoice("espeak:de")->speak("Ich möchte heute schöne Bücher kaufen");
   const Lexicon lexicon;
