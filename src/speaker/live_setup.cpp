@@ -25,7 +25,7 @@ std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& 
   std::vector<LabelledSound> speaker;
   if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
   std::optional<LivePhones> phones;
-  if (speaker.empty() && network->isThere()) phones.emplace(network, options.look_ahead);
+  if (speaker.empty() && network->isThere()) phones.emplace(network, options.look_ahead, *setup.language);
   return std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear(setup, network),
                                    std::move(phones));
 }

@@ -13,8 +13,6 @@
 namespace mouthpiece {
 namespace {
 
-using Ratios = Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>;
-
 /// A phone that is never heard where another one is said tells no more than this.
 constexpr float kLeastMatch = 0.01F;
 constexpr int kBrief = 3;  // frames
@@ -23,9 +21,9 @@ constexpr Seconds kHeardStep = 0.010, kLongestUntold = 1.0;
 /// What tells of a line, summed up phone by phone.
 class LineEvidence {
  public:
-  /// `heard`: posteriors of all phones, a column a frame; `ratios`: how much more often the phone of a column is heard
-  /// than at any time where that of a row is said. Both have to outlive this.
-  LineEvidence(const Eigen::MatrixXf& heard, const Ratios& ratios) : heard_(heard), ratios_(ratios) {}
+  /// Of what is heard, which has to outlive this: posteriors of all phones, a column a frame. `by_network`: not by an
+  /// acoustic model's ear.
+  LineEvidence(const Eigen::MatrixXf& heard, bool by_network) : heard_(heard), by_network_(by_network) {}
 
   void add(const DecodedPhone& phone) {
     const Eigen::Index first = std::min(signedIndex(phone.first_frame), heard_.cols() - 1);
@@ -38,7 +36,7 @@ class LineEvidence {
       return;
     }
     const double length = std::log(std::max(1, phone.frames));
-    matches_.push_back(std::log(std::max(kLeastMatch, ratios_.row(static_cast<Eigen::Index>(phone.phone)).dot(heard))));
+    matches_.push_back(std::log(std::max(kLeastMatch, ratioOf(phone.phone, heard))));
     phones_.push_back(phone.phone);
     score_ += phone.score;
     frames_ += phone.frames;
@@ -46,7 +44,9 @@ class LineEvidence {
     squares_ += length * length;
     brief_ += phone.frames <= kBrief ? 1 : 0;
   }
-  /// By an acoustic model's ear.
+  [[nodiscard]] double odds(double noise) const { return by_network_ ? oddsByNetwork(noise) : oddsByEar(noise); }
+
+ private:
   [[nodiscard]] double oddsByEar(double noise) const {
     const OtherLineFacts facts{.match = match(),
                                .few = few(),
@@ -57,16 +57,10 @@ class LineEvidence {
                                .noise = noise};
     return std::min(oddsAgainstAnother(facts), oddsAgainstMore(facts));
   }
-  /// By the network's phones.
   [[nodiscard]] double oddsByNetwork(double noise) const {
-    constexpr double kLeftOut = 1.5, kPriceOfMatch = 0.6, kFreeMatch = 2.0, kNothingHeard = 3.0;
     constexpr std::size_t kShort = 5, kLong = 6;  // phones
     const std::vector<Phone> heard = phonesHeard();
-    const PhoneEdits edits =
-        cheapestEdits(phones_.size(), heard.size(), kLeftOut, [&](std::size_t text, std::size_t said) {
-          const float ratio = ratios_(static_cast<Eigen::Index>(phones_[text]), static_cast<Eigen::Index>(heard[said]));
-          return kPriceOfMatch * std::max(0.0, kFreeMatch - double{std::log(std::max(kLeastMatch, ratio))});
-        });
+    const PhoneEdits edits = cheapestEdits(phones_, heard);
     const auto greatestMean = [&](std::vector<double> prices) {
       for (double& price : prices) price = -price;
       return -leastMean(prices, kShort);
@@ -79,13 +73,19 @@ class LineEvidence {
                                .untold = std::min(untold_, kLongestUntold),
                                .edits = edits.price / asReal(std::max(phones_.size(), heard.size())),
                                .unheard = greatestMean(edits.of_first),
-                               .unsaid = heard.empty() ? kNothingHeard : greatestMean(edits.of_second),
+                               .unsaid = heard.empty() ? PhoneEdits::kOther : greatestMean(edits.of_second),
                                .longer = std::log(asReal(phones_.size() + 1) / asReal(heard.size() + 1)),
                                .noise = noise};
     return std::min({oddsAgainstAnother(facts), oddsAgainstMore(facts), oddsAgainstChanged(facts)});
   }
 
- private:
+  /// How much more often what is heard then is heard in the phone than at any time.
+  [[nodiscard]] float ratioOf(Phone phone, const Eigen::VectorXf& heard) const {
+    const auto row = static_cast<Eigen::Index>(phone);
+    if (by_network_) return heard[row] / kHeardShares[unsignedIndex(row)];
+    using Ratios = Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>;
+    return Eigen::Map<const Ratios>(kHeardElsewhere.data()).row(row).dot(heard);
+  }
   [[nodiscard]] double count() const { return asReal(phones_.size()); }
   [[nodiscard]] double match() const {
     double sum = 0;
@@ -131,7 +131,7 @@ class LineEvidence {
   }
 
   const Eigen::MatrixXf& heard_;
-  const Ratios& ratios_;
+  bool by_network_;
   std::vector<double> matches_;
   std::vector<Phone> phones_;
   double score_ = 0, frames_ = 0, lengths_ = 0, squares_ = 0, brief_ = 0;
@@ -148,7 +148,6 @@ Believed TextDoubt::judgeLines(std::span<const DecodedPhone> decoded, std::span<
   const Eigen::MatrixXf& posteriors = by_network ? heard : by_ear;
   Believed believed;
   if (posteriors.cols() == 0) return believed;
-  const Ratios ratios = Eigen::Map<const Ratios>((by_network ? kNetworkHearsElsewhere : kHeardElsewhere).data());
   const double noise = noiseOf(samples);
   const auto words = unsignedIndex(
       std::count_if(decoded.begin(), decoded.end(), [](const DecodedPhone& phone) { return phone.opens_word; }));
@@ -156,8 +155,7 @@ Believed TextDoubt::judgeLines(std::span<const DecodedPhone> decoded, std::span<
   std::optional<LineEvidence> line;
   std::size_t word = 0, next_line = 0;
   const auto judge = [&] {
-    const double odds = by_network ? line->oddsByNetwork(noise) : line->oddsByEar(noise);
-    believed.lines.resize(word, 1 / (1 + std::exp(-odds)));
+    believed.lines.resize(word, 1 / (1 + std::exp(-line->odds(noise))));
     line.reset();
   };
   for (const DecodedPhone& phone : decoded) {
@@ -167,7 +165,7 @@ Believed TextDoubt::judgeLines(std::span<const DecodedPhone> decoded, std::span<
       ++next_line;
     }
     word += opens_word ? 1U : 0U;
-    if (!line) line.emplace(posteriors, ratios);
+    if (!line) line.emplace(posteriors, by_network);
     line->add(phone);
   }
   if (word > 0) judge();

@@ -7,26 +7,32 @@
 
 namespace mouthpiece {
 
-PhoneEdits cheapestEdits(std::size_t first, std::size_t second, double left_out,
-                         const std::function<double(std::size_t, std::size_t)>& change) {
-  const Eigen::Index rows = signedIndex(first), columns = signedIndex(second);
-  Eigen::ArrayXXd changes(rows, columns), price(rows + 1, columns + 1);
+PhoneEdits cheapestEdits(std::span<const Phone> first, std::span<const Phone> second) {
+  constexpr double kLeftOut = PhoneEdits::kLeftOut;
+  const Eigen::Index rows = std::ssize(first), columns = std::ssize(second);
+  const auto change = [&](Eigen::Index i, Eigen::Index j) {
+    const Phone one = first[unsignedIndex(i)], other = second[unsignedIndex(j)];
+    if (one == other) return 0.0;
+    return isVowel(one) == isVowel(other) ? PhoneEdits::kOfItsKind : PhoneEdits::kOther;
+  };
+  Eigen::ArrayXXd price(rows + 1, columns + 1);
   for (Eigen::Index j = 0; j <= columns; ++j) {
     for (Eigen::Index i = 0; i <= rows; ++i) {
-      double& least = price(i, j) = left_out * asReal(i + j);
+      double& least = price(i, j) = kLeftOut * asReal(i + j);
       if (i == 0 || j == 0) continue;
-      const double changed = changes(i - 1, j - 1) = change(unsignedIndex(i - 1), unsignedIndex(j - 1));
-      least = std::min({price(i - 1, j - 1) + changed, price(i - 1, j) + left_out, price(i, j - 1) + left_out});
+      least = std::min(
+          {price(i - 1, j - 1) + change(i - 1, j - 1), price(i - 1, j) + kLeftOut, price(i, j - 1) + kLeftOut});
     }
   }
-  PhoneEdits edits{price(rows, columns), std::vector<double>(first, left_out), std::vector<double>(second, left_out)};
+  PhoneEdits edits{price(rows, columns), std::vector<double>(first.size(), kLeftOut),
+                   std::vector<double>(second.size(), kLeftOut)};
   for (Eigen::Index i = rows, j = columns; i > 0 && j > 0;) {
     constexpr double kSame = 1e-9;
     const double here = price(i, j);
-    if (here > price(i - 1, j - 1) + changes(i - 1, j - 1) - kSame) {
+    if (here > price(i - 1, j - 1) + change(i - 1, j - 1) - kSame) {
       --i, --j;
-      edits.of_first[unsignedIndex(i)] = edits.of_second[unsignedIndex(j)] = changes(i, j);
-    } else if (here > price(i - 1, j) + left_out - kSame) {
+      edits.of_first[unsignedIndex(i)] = edits.of_second[unsignedIndex(j)] = change(i, j);
+    } else if (here > price(i - 1, j) + kLeftOut - kSame) {
       --i;
     } else {
       --j;

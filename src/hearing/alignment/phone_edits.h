@@ -1,21 +1,21 @@
 #pragma once
 
-#include <cstddef>
-#include <functional>
+#include <span>
 #include <vector>
+
+#include "phonetics/language/phone.h"
 
 namespace mouthpiece {
 
 /// The cheapest way to make one row of phones from another.
 struct PhoneEdits {
+  static constexpr double kLeftOut = 0.7;                  ///< a phone of either row
+  static constexpr double kOfItsKind = 0.6, kOther = 1.0;  ///< a vowel for another or a consonant for another; else
+
   double price = 0;
-  /// What each phone of both costs: its change for one of the other row, or to be left out.
-  std::vector<double> of_first, of_second;
+  std::vector<double> of_first, of_second;  ///< what each phone costs
 };
 
-/// Of rows of `first` and `second` phones: `change` is the price of one of the first for one of the second, by their
-/// places; `left_out` that of leaving out one of either.
-PhoneEdits cheapestEdits(std::size_t first, std::size_t second, double left_out,
-                         const std::function<double(std::size_t, std::size_t)>& change);
+PhoneEdits cheapestEdits(std::span<const Phone> first, std::span<const Phone> second);
 
 }  // namespace mouthpiece

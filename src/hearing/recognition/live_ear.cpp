@@ -114,7 +114,8 @@ class LoudFrames {
 struct LiveEar::State {
   State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
         std::optional<LiveWords> of_words, std::optional<LivePhones> of_phones)
-      : ear(language),
+      : language(language),
+        ear(language),
         words(std::move(of_words)),
         phones(std::move(of_phones)),
         settles(std::clamp(static_cast<std::size_t>(look_ahead / kEarStep), kSettles + kLastPhones,
@@ -133,6 +134,7 @@ struct LiveEar::State {
   [[nodiscard]] std::vector<HeardPhone> withoutNoise(const std::vector<HeardPhone>& path) const;
   std::vector<PhoneSegment> settle();
 
+  const Language& language;
   PhoneEar ear;
   std::optional<LiveWords> words;
   std::optional<LivePhones> phones;
@@ -203,7 +205,7 @@ Eigen::MatrixXf LiveEar::State::posteriorsOfOpen() const {
     const bool is_silent = column(static_cast<Eigen::Index>(Phone::kSil)) >= 1;
     if (by_network[i].size() == 0) continue;
     if (!is_silent)
-      column = heardByBoth(open[i], by_network[i], noisiness);
+      column = heardByBoth(open[i], by_network[i], noisiness, language);
     else if (isPhone(by_network[i]))
       column = by_network[i];
   }

@@ -38,13 +38,13 @@ struct Passage {
 }  // namespace
 
 struct LivePhones::State {
-  State(std::shared_ptr<WordNetwork> network, Seconds look_ahead)
+  State(std::shared_ptr<WordNetwork> network, Seconds look_ahead, const Language& language)
       : pace(look_ahead < kLaterFrom ? kSoon : kLater),
-        worker([network = std::move(network)](const Passage& of,
-                                              const std::stop_token& stop) { return heardIn(*network, of, stop); },
+        worker([network = std::move(network), &language](
+                   const Passage& of, const std::stop_token& stop) { return heardIn(*network, of, language, stop); },
                {}) {}
 
-  static Heard heardIn(WordNetwork& network, const Passage& of, const std::stop_token& stop);
+  static Heard heardIn(WordNetwork& network, const Passage& of, const Language& language, const std::stop_token& stop);
   void take(std::span<const std::int16_t> samples);
   void ask();
   void collect(std::optional<Heard>& found);
@@ -59,7 +59,8 @@ struct LivePhones::State {
   AnsweringThread<Passage, Heard> worker;
 };
 
-LivePhones::Heard LivePhones::State::heardIn(WordNetwork& network, const Passage& of, const std::stop_token& stop) {
+LivePhones::Heard LivePhones::State::heardIn(WordNetwork& network, const Passage& of, const Language& language,
+                                             const std::stop_token& stop) {
   const Eigen::MatrixXf encoded = network.encode(of.samples, stop);
   if (encoded.cols() == 0) return {};
   const Seconds start = asReal(of.first) / kEncodedRateHz, end = start + asReal(of.samples.size()) / kEncodedRateHz;
@@ -67,7 +68,8 @@ LivePhones::Heard LivePhones::State::heardIn(WordNetwork& network, const Passage
   const auto first = static_cast<std::size_t>(of.first == 0 ? 0.0 : frameAt(start + kBeginning)),
              after = static_cast<std::size_t>(frameAt(end - kEarStep));
   if (after <= first) return {};
-  return {first, atFramesOfEar(phonesOfEncoded(encoded), start, signedIndex(first), signedIndex(after - first))};
+  return {first,
+          atFramesOfEar(phonesOfEncoded(encoded, language), start, signedIndex(first), signedIndex(after - first))};
 }
 
 void LivePhones::State::take(std::span<const std::int16_t> samples) {
@@ -94,8 +96,8 @@ void LivePhones::State::collect(std::optional<Heard>& found) {
   if (heard && heard->posteriors.cols() > 0) found = std::move(heard);
 }
 
-LivePhones::LivePhones(std::shared_ptr<WordNetwork> network, Seconds look_ahead)
-    : state_(std::make_unique<State>(std::move(network), look_ahead)) {
+LivePhones::LivePhones(std::shared_ptr<WordNetwork> network, Seconds look_ahead, const Language& language)
+    : state_(std::make_unique<State>(std::move(network), look_ahead, language)) {
   state_->worker.isDone(kLongestStart, {});
   if (!state_->worker.take()) state_->failed_in_a_row = kMostFailedInARow;
 }

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "hearing/recognition/word_network.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -24,8 +25,10 @@ class LivePhones {
     Eigen::MatrixXf posteriors;  ///< phones by their number x frames
   };
 
-  /// Waits until the network has started, or failed to. With a short `look_ahead` less is heard, and less often.
-  explicit LivePhones(std::shared_ptr<WordNetwork> network, Seconds look_ahead = 0);
+  /// `language`: that is spoken. Waits until the network has started, or failed to. With a short `look_ahead` less is
+  /// heard, and less often.
+  explicit LivePhones(std::shared_ptr<WordNetwork> network, Seconds look_ahead = 0,
+                      const Language& language = english());
   ~LivePhones();
   LivePhones(LivePhones&&) noexcept;
   LivePhones& operator=(LivePhones&&) noexcept;

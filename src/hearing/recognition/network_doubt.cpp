@@ -41,15 +41,11 @@ struct Differences {
 constexpr std::size_t kInARow = 4;
 
 Differences differencesOf(const std::vector<Phone>& text, const std::vector<Phone>& heard) {
-  constexpr double kLeftOut = 0.7, kOfItsKind = 0.6, kOther = 1.0;
   if (text.empty() || heard.empty()) return {kInARow, kInARow};
-  const PhoneEdits edits = cheapestEdits(text.size(), heard.size(), kLeftOut, [&](std::size_t i, std::size_t j) {
-    if (text[i] == heard[j]) return 0.0;
-    return isVowel(text[i]) == isVowel(heard[j]) ? kOfItsKind : kOther;
-  });
+  const PhoneEdits edits = cheapestEdits(text, heard);
   const auto most = [&](const std::vector<double>& prices) {
     std::vector<double> same;  // less than none
-    for (const double price : prices) same.push_back(price == kLeftOut ? -1 : -price);
+    for (const double price : prices) same.push_back(price == PhoneEdits::kLeftOut ? -1 : -price);
     return -leastMean(same, kInARow) * asReal(std::min(kInARow, same.size()));
   };
   return {most(edits.of_first), most(edits.of_second)};

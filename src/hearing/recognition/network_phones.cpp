@@ -13,6 +13,7 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
+#include "hearing/recognition/elsewhere_weights.h"
 #include "hearing/recognition/word_network.h"
 #include "phonetics/language/phone.h"
 
@@ -28,7 +29,7 @@ constexpr Eigen::Index kContext = 2;
 constexpr std::uint32_t kMostUnits = 1024;
 /// The network's logarithms count so much where both are asked, the ear's for the rest; so in a noisy sound, of which
 /// the ear tells little.
-constexpr double kNetworkShare = 0.7, kShareInNoise = 0.95;
+constexpr double kNetworkShare = 0.7, kShareInNoise = 0.95, kShareElsewhere = 0.85;
 /// A phone that one of them thinks less likely than this still may be.
 constexpr float kLeastLikely = 1e-4F;
 
@@ -67,9 +68,17 @@ Perceptron readPerceptron(std::string_view bytes) {
   return read;
 }
 
+/// Of logarithms of odds, column by column.
+void asProbabilities(Eigen::MatrixXf& phones) {
+  for (auto column : phones.colwise()) {
+    column = (column.array() - column.maxCoeff()).exp().matrix();
+    column /= column.sum();
+  }
+}
+
 }  // namespace
 
-Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded) {
+Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded, const Language& language) {
   static const Perceptron perceptron = readPerceptron(kPhoneWeights);
   MOUTHPIECE_EXPECT(encoded.rows() == perceptron.mean.size() && encoded.cols() > 0);
   const Eigen::Index numbers = encoded.rows(), frames = encoded.cols();
@@ -84,10 +93,15 @@ Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded) {
   }
   const Eigen::MatrixXf units = ((perceptron.hidden * context).colwise() + perceptron.hidden_bias).cwiseMax(0.0F);
   Eigen::MatrixXf phones = (perceptron.output * units).colwise() + perceptron.output_bias;
-  for (auto column : phones.colwise()) {
-    column = (column.array() - column.maxCoeff()).exp().matrix();
-    column /= column.sum();
-  }
+  asProbabilities(phones);
+  if (&language == &english()) return phones;
+  constexpr float kLeastHeard = 1e-3F;
+  using Slopes = Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>;
+  const Eigen::Map<const Slopes> slopes(kElsewhereSlopes.data());
+  const Eigen::Map<const Eigen::VectorXf> biases(kElsewhereBiases.data(), signedIndex(kElsewhereBiases.size()));
+  const Eigen::MatrixXf heard = (phones.array() + kLeastHeard).log().matrix();
+  phones = (slopes * heard).colwise() + biases;
+  asProbabilities(phones);
   return phones;
 }
 
@@ -103,7 +117,7 @@ Eigen::MatrixXf atFramesOfEar(const Eigen::MatrixXf& phones, Seconds start, Eige
   return at;
 }
 
-HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples) {
+HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples, const Language& language) {
   constexpr Eigen::Index kPart = 1800, kBeside = 100;  // frames of 10 ms; an encoding of over 21 s is too long to read
   constexpr std::size_t kFrame = 160;                  // samples
   const auto frames = signedIndex((samples.size() + kFrame - 1) / kFrame);
@@ -116,7 +130,8 @@ HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> sampl
     if (++asked % WordNetwork::kAskedOfOneProgram == 0) network.endWaiting();
     const Eigen::MatrixXf encoded = network.encode(samples.subspan(begin, end - begin));
     if (encoded.cols() > 0)
-      phones.middleCols(first, count) = atFramesOfEar(phonesOfEncoded(encoded), asReal(from) * kEarStep, first, count);
+      phones.middleCols(first, count) =
+          atFramesOfEar(phonesOfEncoded(encoded, language), asReal(from) * kEarStep, first, count);
   }
   return phones;
 }
@@ -126,7 +141,7 @@ HeardPhones phonesBesideText(WordNetwork& network, std::span<const std::int16_t>
   const bool is_known = &language == &english();
   if (!network.isThere() || (is_known && noisinessOf(samples) <= 0)) return {};
   try {
-    return hearPhones(network, samples);
+    return hearPhones(network, samples, language);
   } catch (const InputError& error) {
     fault = fmt::format("the network that hears phones was not heard ({})", error.what());
     return {};
@@ -134,8 +149,10 @@ HeardPhones phonesBesideText(WordNetwork& network, std::span<const std::int16_t>
 }
 
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,
-                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness) {
-  const auto share = asFloat(kNetworkShare + noisiness * (kShareInNoise - kNetworkShare));
+                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness,
+                            const Language& language) {
+  const double in_silence = &language == &english() ? kNetworkShare : kShareElsewhere;
+  const auto share = asFloat(in_silence + noisiness * (kShareInNoise - in_silence));
   Eigen::MatrixXf both =
       (share * (by_network.array() + kLeastLikely).log() + (1 - share) * (by_ear.array() + kLeastLikely).log())
           .exp()

@@ -15,9 +15,10 @@ namespace mouthpiece {
 
 /// How likely each phone is at each time of a sound, whatever is said, by what the encoder of a network of words makes
 /// of it: a perceptron over five of its frames (docs/theory/hearing/recognition.md#phones-of-the-network).
-/// `encoded`: WordNetwork::encode(), with a frame or more. Rows: phones by their number; a column every
-/// WordNetwork::kEncodedStep; columns add up to 1.
-Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded);
+/// `encoded`: WordNetwork::encode(), with a frame or more. `language`: that is spoken; what is heard of others than
+/// English is told by what people say there where such is heard (#other-languages). Rows: phones by their number; a
+/// column every WordNetwork::kEncodedStep; columns add up to 1.
+Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded, const Language& language);
 
 /// `phones`, of phonesOfEncoded(), at the times of `count` of an ear's frames (kEarStep, kEarShift), which begins
 /// `first` frames after the ear's sound; the encoded sound begins at `start` of it.
@@ -30,7 +31,7 @@ inline bool isPhone(const Eigen::Ref<const Eigen::VectorXf>& frame) {
 
 /// What `network` hears of a sound's phones, 16 kHz, in parts of 18 s: a column every kEarStep from kEarShift on, to
 /// the sound's end; the same for all phones where it is too short. Throws InputError where the network cannot.
-HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples);
+HeardPhones hearPhones(WordNetwork& network, std::span<const std::int16_t> samples, const Language& language);
 
 /// The same where an acoustic model alone tells too little of how words of `language` lie in a sound: in noise
 /// (noisinessOf), and in all languages but English, whose sounds it never learnt. None elsewhere, and where the network
@@ -39,8 +40,9 @@ HeardPhones phonesBesideText(WordNetwork& network, std::span<const std::int16_t>
                              std::string& fault);
 
 /// How likely each phone is by an ear (PhoneEar) and by the network, in the same frames, of a sound as noisy as
-/// noisinessOf() tells: the ear counts less there.
+/// noisinessOf() tells: the ear counts less there, and in another `language` than English.
 Eigen::MatrixXf heardByBoth(const Eigen::Ref<const Eigen::MatrixXf>& by_ear,
-                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness);
+                            const Eigen::Ref<const Eigen::MatrixXf>& by_network, double noisiness,
+                            const Language& language);
 
 }  // namespace mouthpiece

@@ -323,7 +323,7 @@ bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
 HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard) {
   if (!hears_network_phones_) return {};
   try {
-    return hearPhones(*options_.word_network, samples);
+    return hearPhones(*options_.word_network, samples, *options_.language);
   } catch (const InputError& error) {
     heard.warnings.push_back(fmt::format("the network that hears phones was not heard ({})", error.what()));
     hears_network_phones_ = false;
@@ -339,7 +339,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = by_ear.posteriors();
-    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_), likeness_);
+    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_, *options_.language), likeness_);
   }
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},

@@ -3,41 +3,40 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <string>
 
 namespace mouthpiece {
 namespace {
 
-PhoneEdits editsOf(const std::string& first, const std::string& second) {
-  return cheapestEdits(first.size(), second.size(), 0.75,
-                       [&](std::size_t i, std::size_t j) { return first[i] == second[j] ? 0.0 : 1.0; });
-}
+using enum Phone;
+using Row = std::vector<Phone>;
+using Prices = std::vector<double>;
 
 TEST(PhoneEdits, AreTheCheapest) {
-  EXPECT_EQ(editsOf("", "").price, 0);
-  EXPECT_EQ(editsOf("ab", "").of_first, (std::vector<double>{0.75, 0.75}));
-  const PhoneEdits one_more = editsOf("abcd", "abxcd");
-  EXPECT_EQ(one_more.of_first, (std::vector<double>(4, 0)));
-  EXPECT_EQ(one_more.of_second, (std::vector<double>{0, 0, 0.75, 0, 0}));
-  EXPECT_EQ(editsOf("abc", "axc").of_second, (std::vector<double>{0, 1, 0}));
+  EXPECT_EQ(cheapestEdits({}, {}).price, 0);
+  EXPECT_EQ(cheapestEdits(Row{kP, kAA}, {}).of_first, (Prices{0.7, 0.7}));
+  const PhoneEdits one_more = cheapestEdits(Row{kP, kAA, kT, kIY}, Row{kP, kAA, kS, kT, kIY});
+  EXPECT_EQ(one_more.of_first, (Prices{0, 0, 0, 0}));
+  EXPECT_EQ(one_more.of_second, (Prices{0, 0, 0.7, 0, 0}));
+  EXPECT_EQ(cheapestEdits(Row{kP, kAA, kT}, Row{kP, kOW, kT}).of_second, (Prices{0, 0.6, 0}));
+  EXPECT_EQ(cheapestEdits(Row{kP, kAA, kT}, Row{kP, kS, kT}).of_first, (Prices{0, 1, 0}));
 }
 
 /// A change counts in both rows, what is left out in its own.
 TEST(PhoneEdits, CostWhatTheirPhonesDo) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 200; ++trial) {
-    std::string rows[2];
-    for (std::string& row : rows) {
+    Row rows[2];
+    for (Row& row : rows) {
       row.resize(random() % 9);
-      for (char& letter : row) letter = static_cast<char>('a' + random() % 3);
+      for (Phone& phone : row) phone = Row{kP, kAA, kT, kIY}[random() % 4];
     }
-    const PhoneEdits edits = editsOf(rows[0], rows[1]), back = editsOf(rows[1], rows[0]);
-    EXPECT_DOUBLE_EQ(edits.price, back.price);
+    const PhoneEdits edits = cheapestEdits(rows[0], rows[1]);
+    EXPECT_NEAR(edits.price, cheapestEdits(rows[1], rows[0]).price, 1e-9);
     double sum = 0;
     for (const double price : edits.of_first) sum += price;
-    for (const double price : edits.of_second) sum += price == 0.75 ? price : 0;
-    EXPECT_NEAR(sum, edits.price, 1e-9) << rows[0] << " " << rows[1];
-    EXPECT_LE(edits.price, 0.75 * static_cast<double>(rows[0].size() + rows[1].size()));
+    for (const double price : edits.of_second) sum += price == PhoneEdits::kLeftOut ? price : 0;
+    EXPECT_NEAR(sum, edits.price, 1e-9);
+    EXPECT_LE(edits.price, PhoneEdits::kLeftOut * static_cast<double>(rows[0].size() + rows[1].size()) + 1e-9);
   }
 }
 
