@@ -80,10 +80,10 @@ inline double oddsAgainstMore(const OtherLineFacts& of) {
 
 /// The share of its time in which the network hears each phone in such languages (HeardPhones).
 inline constexpr std::array<float, kPhoneCount> kHeardShares{
-    0.183F,  0.0182F,  0.0863F, 0.0179F,   0.0191F,  0.0015F, 0.00489F, 0.037F,   2.9e-06F, 0.0673F,
-    0.0158F, 0.0402F,  0.0441F, 2.9e-06F,  0.00238F, 0.0208F, 0.00633F, 0.00454F, 0.0287F,  0.00384F,
-    0.0103F, 0.00638F, 0.0167F, 0.000931F, 0.0318F,  0.0296F, 0.0251F,  0.0572F,  0.001F,   0.0268F,
-    0.0195F, 0.0523F,  0.0096F, 0.06F,     0.00271F, 0.0154F, 0.00692F, 0.0124F,  0.00954F, 0.00445F};
+    0.173F,   0.0162F,  0.102F,   0.0162F,   0.0154F,  0.000824F, 0.00234F, 0.026F,   3.31e-05F, 0.0883F,
+    0.011F,   0.0437F,  0.0579F,  3.52e-05F, 0.00226F, 0.0208F,   0.00572F, 0.00493F, 0.0276F,   0.00545F,
+    0.00986F, 0.00617F, 0.0176F,  0.00119F,  0.03F,    0.025F,    0.025F,   0.0525F,  0.0011F,   0.0259F,
+    0.0152F,  0.0539F,  0.00759F, 0.0566F,   0.00389F, 0.0154F,   0.00585F, 0.0151F,  0.00792F,  0.00464F};
 
 /// What tells of such a line by what the network hears.
 struct HeardLineFacts {
@@ -103,16 +103,16 @@ struct HeardLineFacts {
 /// The logarithms of the odds that it is said and not another line of about its length; not more than it; and not one
 /// of which one word in five is another.
 inline double oddsAgainstAnother(const HeardLineFacts& of) {
-  return 14.27 + 2.005 * of.match + 9.492 * of.few + 0.1021 * of.score - 11.48 * of.uneven - 1.047 * of.edits +
-         of.noise * (-1.737 + 1.054 * of.match);
+  return 11.92 + 1.747 * of.match + 6.839 * of.few + 0.0847 * of.score - 9.678 * of.uneven - 0.6426 * of.edits +
+         of.noise * (-1.965 + 0.9989 * of.match);
 }
 inline double oddsAgainstMore(const HeardLineFacts& of) {
-  return 19.41 + 0.3229 * of.match + 0.09415 * of.score - 12.83 * of.uneven - 4.7 * of.untold - 4.425 * of.unsaid +
-         9.819 * of.longer - 0.2723 * of.noise;
+  return 19.07 + 0.3339 * of.match + 0.07336 * of.score - 13.5 * of.uneven - 4.532 * of.untold - 6.637 * of.unsaid +
+         7.557 * of.longer - 0.383 * of.noise;
 }
 inline double oddsAgainstChanged(const HeardLineFacts& of) {
-  return 15.16 - 1.126 * of.match + 2.319 * of.least + 0.08087 * of.score - 6.139 * of.uneven + 2.345 * of.edits +
-         0.2627 * of.unheard + of.noise * (0.6531 - 0.1043 * of.least - 3.321 * of.edits);
+  return 13.98 - 0.4968 * of.match + 1.943 * of.least + 0.05955 * of.score - 3.41 * of.uneven + 2.057 * of.edits -
+         0.4045 * of.unheard + of.noise * (0.6309 + 0.0443 * of.least - 3.158 * of.edits);
 }
 
 }  // namespace mouthpiece

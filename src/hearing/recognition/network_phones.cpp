@@ -13,13 +13,12 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/elsewhere_weights.h"
 #include "hearing/recognition/word_network.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
 
-extern const std::string_view kPhoneWeights;
+extern const std::string_view kPhoneWeights, kElsewhereWeights;
 
 namespace {
 
@@ -51,8 +50,8 @@ Eigen::MatrixXf readMatrix(ByteReader& reader, Eigen::Index rows, Eigen::Index c
   return matrix;
 }
 
-Perceptron readPerceptron(std::string_view bytes) {
-  ByteReader reader(bytes, "network_phones.weights");
+Perceptron readPerceptron(std::string_view bytes, std::string_view name) {
+  ByteReader reader(bytes, name);
   if (reader.readBytes(kMagic.size()) != kMagic) reader.fail("found another file; expected weights of phones");
   const std::uint32_t units = reader.readU32();
   if (units < 1 || units > kMostUnits) reader.fail(fmt::format("found {} units; expected 1 to {}", units, kMostUnits));
@@ -68,18 +67,20 @@ Perceptron readPerceptron(std::string_view bytes) {
   return read;
 }
 
-/// Of logarithms of odds, column by column.
-void asProbabilities(Eigen::MatrixXf& phones) {
-  for (auto column : phones.colwise()) {
-    column = (column.array() - column.maxCoeff()).exp().matrix();
-    column /= column.sum();
+/// What is heard of a language that the network never learnt is told by what people say there where such is heard.
+const Perceptron& perceptronOf(const Language& language) {
+  if (&language == &english()) {
+    static const Perceptron kEnglish = readPerceptron(kPhoneWeights, "network_phones.weights");
+    return kEnglish;
   }
+  static const Perceptron kElsewhere = readPerceptron(kElsewhereWeights, "network_phones_elsewhere.weights");
+  return kElsewhere;
 }
 
 }  // namespace
 
 Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded, const Language& language) {
-  static const Perceptron perceptron = readPerceptron(kPhoneWeights);
+  const Perceptron& perceptron = perceptronOf(language);
   MOUTHPIECE_EXPECT(encoded.rows() == perceptron.mean.size() && encoded.cols() > 0);
   const Eigen::Index numbers = encoded.rows(), frames = encoded.cols();
   const Eigen::MatrixXf normalised =
@@ -93,15 +94,10 @@ Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded, const Language& 
   }
   const Eigen::MatrixXf units = ((perceptron.hidden * context).colwise() + perceptron.hidden_bias).cwiseMax(0.0F);
   Eigen::MatrixXf phones = (perceptron.output * units).colwise() + perceptron.output_bias;
-  asProbabilities(phones);
-  if (&language == &english()) return phones;
-  constexpr float kLeastHeard = 1e-3F;
-  using Slopes = Eigen::Matrix<float, kPhoneCount, kPhoneCount, Eigen::RowMajor>;
-  const Eigen::Map<const Slopes> slopes(kElsewhereSlopes.data());
-  const Eigen::Map<const Eigen::VectorXf> biases(kElsewhereBiases.data(), signedIndex(kElsewhereBiases.size()));
-  const Eigen::MatrixXf heard = (phones.array() + kLeastHeard).log().matrix();
-  phones = (slopes * heard).colwise() + biases;
-  asProbabilities(phones);
+  for (auto column : phones.colwise()) {
+    column = (column.array() - column.maxCoeff()).exp().matrix();
+    column /= column.sum();
+  }
   return phones;
 }
 
