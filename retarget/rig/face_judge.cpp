@@ -18,7 +18,8 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
-constexpr double kSeenMm = 0.5;   ///< nobody sees through slits that are no taller
+constexpr double kSeenMm = 0.5;   ///< nobody sees through slits that are no taller,
+constexpr double kSeen = 0.01;    ///< nor than so much of the mouth's width: a small one is looked at from nearer
 constexpr double kNearMm = 1;     ///< and can be told to lie in each other
 
 constexpr std::array<FaceLimit, 14> kLimits{{
@@ -45,8 +46,9 @@ struct WorstRows {
 
 double tallestSlit(const LipContact& contact) { return *std::max_element(contact.slits.begin(), contact.slits.end()); }
 
-bool touches(const LipContact& contact, double mm) {
-  return mm * contact.gap <= kTouchMm && mm * tallestSlit(contact) <= kSeenMm;
+bool touches(const JudgedHead& head, const LipContact& contact) {
+  const double slit = tallestSlit(contact);
+  return head.mm() * contact.gap <= kTouchMm && head.mm() * slit <= kSeenMm && slit <= kSeen * head.mouthWidth();
 }
 
 /// What is seen in poses of a head, summed up.
@@ -121,7 +123,7 @@ void Summary::measure(const WorstRows& worst, FaceJudgement& found) const {
     lip_markers += here.lip_marker_squares;
     lip_skin += here.lip_skin_squares;
     found.closures += rows_[row].closed ? 1U : 0U;
-    found.touching += rows_[row].closed && touches(seen_[row].contact, head_.mm()) ? 1U : 0U;
+    found.touching += rows_[row].closed && touches(head_, seen_[row].contact) ? 1U : 0U;
     torn.insert(here.torn.begin(), here.torn.end());
   }
   for (const std::uint32_t v : torn) found.torn.push_back(head_.givenOf(v));
@@ -290,7 +292,7 @@ std::optional<FaceJudgement> FaceJudge::judgeIfMoreTouch(const FaceRig& rig, std
   parallelFor(shut.size(), [&](std::size_t i) {
     PoseSeen seen;
     data_->head.lookAtContact(data_->head.welded(shut[i]), std::numeric_limits<double>::infinity(), seen);
-    touch[i] = touches(seen.contact, data_->head.mm()) ? 1 : 0;
+    touch[i] = touches(data_->head, seen.contact) ? 1 : 0;
   });
   if (unsignedIndex(std::count(touch.begin(), touch.end(), 1)) <= touching) return std::nullopt;
   return judge(rig);

@@ -53,7 +53,8 @@ class JudgedHead {
   [[nodiscard]] std::uint32_t givenOf(std::uint32_t vertex) const {
     return welding_.isNothing() ? vertex : welding_.given_of[vertex];
   }
-  [[nodiscard]] double mm() const { return mm_; }  ///< in the mesh's unit
+  [[nodiscard]] double mm() const { return mm_; }                                ///< in the mesh's unit
+  [[nodiscard]] double mouthWidth() const { return face_.control.mouth_width; }  ///< the mesh's unit
   [[nodiscard]] const LipContact& atRest() const { return at_rest_; }
 
   /// Looks at edges and triangles, and at the lips' contact if `widest_gap` is given (LipContactMeter::measure).
