@@ -258,14 +258,15 @@ class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // and 832 since nothing in each other is asked there either, nor of lips' backs, 456 since coarse rims hang on what is
 // an edge away, 295 since no vertex may go three times as far as any marker does, 985 since the surface is measured
 // along the skin, 1149 since large triangles are a lip's, too, 748, 964 and 1090 since coarse rims hang where they lie,
-// 1239 since thick lips are tucked less, 1808 since lips that get into the teeth are, too.
-// Every third for everybody, but for those that take longest; all of them each night.
+// 1239 since thick lips are tucked less, 1808 since lips that get into the teeth are, too, 1843 since a small mouth's
+// slits are seen, and 1769 since the fold under a lower lip is no mouth. Every third for everybody, but for those that
+// take longest; all of them each night.
 std::vector<unsigned> seedsThatPass() {
-  const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,    7,   8,   9,    10,   11,  12,  13,  14,
-                                  15,  16,  17,  18,  19,  20,   21,  22,  23,   25,   29,  31,  35,  47,
-                                  55,  60,  71,  88,  92,  93,   95,  101, 127,  137,  153, 171, 191, 194,
-                                  244, 207, 106, 313, 394, 607,  658, 632, 666,  615,  449, 833, 84,  406,
-                                  801, 832, 456, 295, 985, 1149, 748, 964, 1090, 1239, 1808};
+  const std::vector<unsigned> all{1,   2,   3,   4,   5,   6,    7,   8,   9,    10,   11,   12,   13,  14,
+                                  15,  16,  17,  18,  19,  20,   21,  22,  23,   25,   29,   31,   35,  47,
+                                  55,  60,  71,  88,  92,  93,   95,  101, 127,  137,  153,  171,  191, 194,
+                                  244, 207, 106, 313, 394, 607,  658, 632, 666,  615,  449,  833,  84,  406,
+                                  801, 832, 456, 295, 985, 1149, 748, 964, 1090, 1239, 1808, 1769, 1843};
   if (std::getenv("MOUTHPIECE_ALL_HEADS") != nullptr) return all;
   std::vector<unsigned> some;
   constexpr std::array<unsigned, 3> kDear{7, 13, 71};

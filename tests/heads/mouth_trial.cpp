@@ -39,12 +39,15 @@ class FrontView {
     const double front = depth.maxCoeff();
     double tallest = 0;
     for (Eigen::Index c = columns_ / 4; c < columns_ - columns_ / 4; ++c) {
-      // The lips' own depth in this column: the skin just over and under the mouth.
-      const double edge =
-          std::min(depth.col(c).topRows(rows_ / 4).maxCoeff(), depth.col(c).bottomRows(rows_ / 4).maxCoeff());
+      // The lips' own depth in this column: the skin just over and under the mouth, between which one looks into it and
+      // not into the fold under the lower lip.
+      Eigen::Index lowest = 0, highest = 0;
+      const double edge = std::min(depth.col(c).topRows(rows_ / 4).maxCoeff(&lowest),
+                                   depth.col(c).bottomRows(rows_ / 4).maxCoeff(&highest));
+      highest += rows_ - rows_ / 4;
       double gap = 0;
       bool is_over_edge = false;
-      for (Eigen::Index r = rows_ / 8; r < rows_ - rows_ / 8; ++r) {
+      for (Eigen::Index r = std::max(rows_ / 8, lowest); r < std::min(rows_ - rows_ / 8, highest); ++r) {
         if (depth(r, c) >= std::min(edge, front) - deep) {
           gap = 0;
           is_over_edge = false;
