@@ -1,5 +1,7 @@
 #include "deform/surface/virtual_points.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -213,8 +215,15 @@ class Placer {
       const int lower = find(std::string("RIM_LO_") + end);
       const Eigen::Vector2d middle = 0.5 * (mesh_.domain.row(upper) + mesh_.domain.row(lower)).transpose();
       const double way = (middle - from).dot(along) / along.squaredNorm();
-      if (!(way > last + 0.01 && way < 0.995))
+      if (!(way > last + 0.01 && way < 0.995)) {
+        // Rims that are crowded at an end of the slit belong to markers beyond it.
+        if (way < 0.1 || way > 0.9)
+          throw InputError(
+              fmt::format("control surface: found the slit between the lips to end before the outer lip "
+                          "markers on the {}; expected lips that are apart from corner to corner",
+                          way < 0.5 ? "right" : "left"));
         throw InputError("control surface: found lip markers out of order; expected them from right to left");
+      }
       last = way;
       mesh_.domain.row(upper) = (from + way * along + up).transpose();
       mesh_.domain.row(lower) = (from + way * along - up).transpose();

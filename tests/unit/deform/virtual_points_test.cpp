@@ -216,6 +216,12 @@ TEST(VirtualPoints, WhatIsNoFaceIsRefusedByName) {
   EXPECT_EQ(refusalOf(face.names, rest),
             "control surface: found lip markers out of order; expected them from right to left");
   rest = face.rest;
+  rest.row(row("LIP_CORNER_L")) = 0.5 * (rest.row(row("LIP_UP_IN_L")) + rest.row(row("LIP_LO_IN_L")));
+  EXPECT_EQ(
+      refusalOf(face.names, rest),
+      "control surface: found the slit between the lips to end before the outer lip markers on the left; expected "
+      "lips that are apart from corner to corner");
+  rest = face.rest;
   rest.col(0) *= -1;
   EXPECT_EQ(
       refusalOf(face.names, rest),
