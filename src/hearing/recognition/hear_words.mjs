@@ -38,9 +38,14 @@ function read(count) {
 
 /** 0.7 at the loudest: the network hears quiet sounds worse. */
 function samplesOf(bytes) {
-  const samples = Float32Array.from({ length: bytes.length / 2 }, (_, i) => bytes.readInt16LE(2 * i));
-  const loudest = samples.reduce((most, sample) => Math.max(most, Math.abs(sample)), 1);
-  return samples.map((sample) => (0.7 * sample) / loudest);
+  const samples = new Float32Array(bytes.length / 2);
+  let loudest = 1;
+  for (let i = 0; i < samples.length; ++i) {
+    samples[i] = bytes.readInt16LE(2 * i);
+    loudest = Math.max(loudest, Math.abs(samples[i]));
+  }
+  for (let i = 0; i < samples.length; ++i) samples[i] = (0.7 * samples[i]) / loudest;
+  return samples;
 }
 
 const folder = dirname(process.argv[1]);
@@ -186,7 +191,8 @@ async function encodingOf(samples) {
   if (samples.length < kLeastSamples) return '';
   const { data } = (await heardIn(samples)).last_hidden_state;
   const bits = new Uint32Array(data.buffer, data.byteOffset, data.length);
-  const upper = Uint16Array.from(bits, (value) => (value + 0x8000) >>> 16);
+  const upper = new Uint16Array(bits.length);
+  for (let i = 0; i < bits.length; ++i) upper[i] = (bits[i] + 0x8000) >>> 16;
   return Buffer.from(upper.buffer).swap16().toString('hex');
 }
 
