@@ -110,6 +110,19 @@ class WeightDescent {
     closure_ = options.closure * asReal(shapes.rows()) / (100 * asReal(parting_.cols()));
   }
 
+  /// A first guess: each frame as it is by itself after the one before, from whose weights it goes on.
+  void begin() {
+    for (Eigen::Index t = 0; t < weights_.rows(); ++t) {
+      if (t > 0) {
+        weights_.row(t) = weights_.row(t - 1);
+        pulled_.row(t) = pulled_.row(t - 1);
+        if (isClosed(t)) parted_.row(t) = weights_.row(t) * parting_;
+      }
+      begun_ = t + 1;
+      for (int sweep = 0; sweep < kMostSweeps && settle(t) >= kStill;) ++sweep;
+    }
+  }
+
   void descend() {
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       double change = 0;
@@ -158,7 +171,7 @@ class WeightDescent {
     const double* const pulled = &pulled_(t, 0);
     const double* const weights = &weights_(t, 0);
     const double* const before = t > 0 ? weights - kShapes : nullptr;
-    const double* const after = t + 1 < weights_.rows() ? weights + kShapes : nullptr;
+    const double* const after = t + 1 < begun_ ? weights + kShapes : nullptr;
     const double around = thrift_ + (before ? pull_ : 0) + (after ? pull_ : 0);
     double largest = 0;
     for (const Eigen::Index k : present_) {
@@ -220,7 +233,8 @@ class WeightDescent {
   RowMajor gram_;   ///< 52 x 52
   RowMajor right_;  ///< frames x 52, as those that follow
   RowMajor weights_;
-  RowMajor pulled_;  ///< of each frame the Gram matrix times the weights
+  Eigen::Index begun_ = 0;  ///< frames that have weights
+  RowMajor pulled_;         ///< of each frame the Gram matrix times the weights
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shut_;  ///< 1: stays 0
   RowMajor parting_;                ///< 52 x places that meet: how far apart a shape moves them
   RowMajor parted_, least_, most_;  ///< frames x places: how far apart they are, and how far they may be
@@ -239,6 +253,7 @@ class WeightDescent {
 RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
                                 const ArkitOptions& options, const ShapeClosures* closures) {
   WeightDescent descent(shapes, seen, shape_count, options, closures);
+  descent.begin();
   descent.descend();
   // What one of two may do changes once the other is shut, and may meet a third.
   constexpr int kRounds = 4;
