@@ -61,9 +61,10 @@ class FloatRows : public StreamOutput {
     for (const auto value : values) to = putOne(static_cast<float>(value), to);
   }
   static char* putOne(float value, char* to) {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    for (const unsigned shift : {0U, 8U, 16U, 24U}) *to++ = static_cast<char>(bits >> shift & 0xFFU);
-    return to;
+    auto bits = std::bit_cast<std::uint32_t>(value);
+    if constexpr (std::endian::native == std::endian::big) bits = __builtin_bswap32(bits);
+    std::memcpy(to, &bits, sizeof bits);
+    return to + sizeof bits;
   }
 
   StreamRows what_;
