@@ -151,8 +151,8 @@ void PhoneLoop::addPhones(const Eigen::Ref<const Eigen::VectorXf>& states, Eigen
   using Known = Eigen::Map<const Eigen::MatrixXf>;
   const Eigen::Index n = size_, pairs = n * n;
   const Known first(states.data(), n, n), middle(states.data() + pairs, n, n), last(states.data() + 2 * pairs, n, n);
-  for (Eigen::Index phone = 0; phone < n; ++phone)
-    phones(rows_[unsignedIndex(phone)]) += first.row(phone).sum() + middle.row(phone).sum() + last.col(phone).sum();
+  const Eigen::VectorXf sums = (first + middle).rowwise().sum() + last.colwise().sum().transpose();
+  for (Eigen::Index phone = 0; phone < n; ++phone) phones(rows_[unsignedIndex(phone)]) += sums(phone);
 }
 
 void PhoneLoop::weighBy(const Eigen::Ref<const Eigen::ArrayXf>& known, Eigen::Ref<Eigen::ArrayXf> likelihoods) const {
@@ -210,8 +210,9 @@ Eigen::MatrixXf PhoneLoop::posteriorsOfLast(Eigen::Index count, const Passage& p
       now /= std::max(now.maxCoeff(), 1e-30F);
     }
     both = passage.forward.col(frame % passage.kept).cwiseProduct(now);
-    both /= std::max(both.sum(), 1e-30F);
-    addPhones(both, phones.col(count - 1 - back));
+    auto column = phones.col(count - 1 - back);
+    addPhones(both, column);
+    column /= std::max(column.sum(), 1e-30F);
     after.swap(now);
   }
   return phones;
