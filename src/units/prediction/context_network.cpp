@@ -208,6 +208,25 @@ double raisedCosineUpTo(double u) {
   return 0.5 * (1 + u + std::sin(std::numbers::pi * u) / std::numbers::pi);
 }
 
+/// sums += share * row. However many numbers are added at once, each is rounded as it is alone.
+inline void addShare(float share, const float* row, Eigen::Index count, float* __restrict sums) {
+  for (Eigen::Index i = 0; i < count; ++i) sums[i] += share * row[i];
+}
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) void addShareAvx2(float share, const float* row, Eigen::Index count,
+                                                  float* __restrict sums) {
+  for (Eigen::Index i = 0; i < count; ++i) sums[i] += share * row[i];
+}
+#endif
+
+auto shareAdder() {
+#if defined(__x86_64__)
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  if (has_avx2) return addShareAvx2;
+#endif
+  return addShare;
+}
+
 }  // namespace
 
 std::span<const std::string_view> contextFeatureNames() {
@@ -273,9 +292,11 @@ ContextView contextView(const std::vector<ContextSegment>& segments, std::span<c
 }
 
 ContextNetwork::Matrix ContextNetwork::given(const std::vector<ContextSegment>& segments) const {
+  const auto add = shareAdder();
   Matrix given = Matrix::Zero(std::ssize(segments), input.cols());
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    for (const auto& [feature, value] : segments[i].features) given.row(signedIndex(i)) += value * input.row(feature);
+    for (const auto& [feature, value] : segments[i].features)
+      add(value, &input(feature, 0), input.cols(), &given(signedIndex(i), 0));
   }
   return given;
 }
@@ -283,8 +304,9 @@ ContextNetwork::Matrix ContextNetwork::given(const std::vector<ContextSegment>& 
 Eigen::MatrixXd ContextNetwork::at(const ContextView& view, const Matrix& given) const {
   const Eigen::Index hidden = hiddenCount();
   Matrix sums = bias.replicate(view.time_count, 1);
+  const auto add = shareAdder();
   for (const auto& [time, segment, window, share] : view.shares)
-    sums.row(time) += share * given.row(segment).segment(window * hidden, hidden);
+    add(share, &given(segment, window * hidden), hidden, &sums(time, 0));
   return (sums.array().tanh().matrix() * output).cast<double>();
 }
 
