@@ -53,9 +53,11 @@ struct ShapeClosures {
 /// + smoothness |w_t - w_(t-1)|^2, the pulls as shares of the mean energy of `shape_count` shapes; of shapes that undo
 /// each other (JawLeft and JawRight, a smile and a frown of one side) one at most is over zero in a frame, and
 /// MouthClose never exceeds JawOpen. `shapes`: S, rows x 52, a column of zeros where there is none; `seen`: frames x
-/// 52, each d_t' S, all that is asked of the motion d. Returns frames x 52.
+/// 52, each d_t' S, all that is asked of the motion d; `guess`: 52 weights near which those of the first frame may lie,
+/// for a search that ends sooner; or nothing. Returns frames x 52.
 RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
-                                const ArkitOptions& options = {}, const ShapeClosures* closures = nullptr);
+                                const ArkitOptions& options = {}, const ShapeClosures* closures = nullptr,
+                                std::span<const float> guess = {});
 
 /// Weights in [0, 1] that best reproduce `frames` of `mesh` with `shapes`: least squares over the vertices of skin
 /// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Frames are gone
@@ -76,9 +78,11 @@ RowMajorMatrixF takeLidsAndBrows(FrameMaker& frames, const FaceMesh& mesh, const
 /// other names do not count. `neutral_mm`: the actor's neutral pose, in the motion's order of markers; null: the median
 /// of the frames. `lips`: one a frame, or none; where they are sealed, and the markers of both lips no further apart
 /// than touching lips stretch, the weights bring the learnt head's lips together; where they are rounded, MouthPucker
-/// does what of it the capture has not seen (`unseen`). Throws InputError when no marker is of the default layout.
+/// does what of it the capture has not seen (`unseen`). `guess` as for fitShapeWeights(). Throws InputError when no
+/// marker is of the default layout.
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
-                                 std::span<const LipPose> lips = {}, const LipRounding& unseen = {});
+                                 std::span<const LipPose> lips = {}, const LipRounding& unseen = {},
+                                 std::span<const float> guess = {});
 
 /// Sets EyeLook... in `weights` (frames x 52) to where the eyes look; they are 1 at kWholeLook.
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights);

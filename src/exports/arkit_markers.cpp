@@ -70,7 +70,8 @@ double puckerOf(const LipRounding& rounding) {
 }  // namespace
 
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
-                                 std::span<const LipPose> lips, const LipRounding& unseen) {
+                                 std::span<const LipPose> lips, const LipRounding& unseen,
+                                 std::span<const float> guess) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
   MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
@@ -102,7 +103,7 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
     moves.col(signedIndex(t)) += lips[t].rounding * pucker * shapes.col(arkitIndex("MouthPucker"));
   const ShapeClosures closures = closuresOf(learnt.rims_parted_mm, closedFrames(motion, rest, lips));
   return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves).matrix().transpose() * shapes,
-                         kArkitNames.size(), {.closure = 300}, &closures);
+                         kArkitNames.size(), {.closure = 300}, &closures, guess);
 }
 
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {

@@ -110,14 +110,21 @@ class WeightDescent {
     closure_ = options.closure * asReal(shapes.rows()) / (100 * asReal(parting_.cols()));
   }
 
-  /// A first guess: each frame as it is by itself after the one before, from whose weights it goes on.
-  void begin() {
+  /// A first guess: each frame as it is by itself after the one before, from whose weights it goes on, as the first
+  /// does from `guess`, or from none.
+  void begin(std::span<const float> guess) {
     for (Eigen::Index t = 0; t < weights_.rows(); ++t) {
+      if (t == 0 && !guess.empty()) {
+        weights_.row(0) = Eigen::Map<const Eigen::RowVectorXf>(guess.data(), kShapes).cast<double>();
+        if (closes_jaw_) weights_(0, jaw_) = std::max(0.0, weights_(0, jaw_) - weights_(0, close_));
+        for (Eigen::Index k = 0; k < kShapes; ++k) weights_(0, k) *= gram_(k, k) > 0 ? 1 : 0;
+        pulled_.row(0) = weights_.row(0) * gram_;
+      }
       if (t > 0) {
         weights_.row(t) = weights_.row(t - 1);
         pulled_.row(t) = pulled_.row(t - 1);
-        if (isClosed(t)) parted_.row(t) = weights_.row(t) * parting_;
       }
+      if (isClosed(t)) parted_.row(t) = weights_.row(t) * parting_;
       begun_ = t + 1;
       for (int sweep = 0; sweep < kMostSweeps && settle(t) >= kStill;) ++sweep;
     }
@@ -251,9 +258,11 @@ class WeightDescent {
 }  // namespace
 
 RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const RowMajorMatrixF& seen, std::size_t shape_count,
-                                const ArkitOptions& options, const ShapeClosures* closures) {
+                                const ArkitOptions& options, const ShapeClosures* closures,
+                                std::span<const float> guess) {
+  MOUTHPIECE_EXPECT(guess.empty() || std::ssize(guess) == kShapes);
   WeightDescent descent(shapes, seen, shape_count, options, closures);
-  descent.begin();
+  descent.begin(guess);
   descent.descend();
   // What one of two may do changes once the other is shut, and may meet a third.
   constexpr int kRounds = 4;

@@ -76,6 +76,7 @@ struct LiveStream::Data {
   std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
   MotionClip weights_clip;                                               ///< the last frames, and those that are made
   std::vector<LipPose> weights_lips;                                     ///< of the same frames
+  RowMajorMatrixF weights_behind;                                        ///< what they were found to be
 
   // Between the threads, under the mutex:
   mutable std::mutex mutex;

@@ -77,8 +77,11 @@ RowMajorMatrixF LiveStream::Data::arkitWeights(const LiveFrames& frames, const s
   weights_lips.erase(weights_lips.begin(), weights_lips.end() - kept);
   weights_lips.insert(weights_lips.end(), frames.lips.begin(), frames.lips.end());
   const SharedCorpus::Data& corpus = setup.corpus.data();
-  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips, corpus.actor.unseen)
-                                .bottomRows(frames.positions_mm.rows());
+  const Eigen::Index guessed = weights_behind.rows() - kept;  // of the same frame, but where frames were passed over
+  const std::span<const float> guess =
+      kept > 0 && guessed >= 0 ? std::span(&weights_behind(guessed, 0), kArkitShapes) : std::span<const float>();
+  weights_behind = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips, corpus.actor.unseen, guess);
+  RowMajorMatrixF weights = weights_behind.bottomRows(frames.positions_mm.rows());
   if (!gaze.empty()) addGaze(gaze, weights);
   return weights;
 }

@@ -326,6 +326,26 @@ TEST(FitShapeWeights, TheJawOpensBehindClosedLips) {
   EXPECT_LE(fitShapeWeights(shapes, motion.transpose() * shapes, 2).maxCoeff(), 1);
 }
 
+/// Wherever the search begins it ends at the same weights.
+TEST(FitShapeWeights, AGuessOnlyShortensTheSearch) {
+  const int open = arkitIndex("JawOpen"), close = arkitIndex("MouthClose"), funnel = arkitIndex("MouthFunnel");
+  Eigen::MatrixXf shapes = Eigen::MatrixXf::Zero(3, 52), motion(3, 8);
+  shapes.col(open) << 1, 1, 0.3F;
+  shapes.col(close) << -1, 0, 0;
+  shapes.col(funnel) << 0.2F, 0, 1;
+  for (Eigen::Index t = 0; t < motion.cols(); ++t) motion.col(t) << 0.1F, 0.5F, 0.05F * asFloat(asReal(t));
+  ShapeClosures closures{shapes.topRows(1), Eigen::MatrixXf::Zero(1, 8), Eigen::MatrixXf::Constant(1, 8, 0.1F),
+                         std::vector<bool>(8, false)};
+  closures.in_frame[0] = closures.in_frame[5] = true;
+  const auto weightsFrom = [&](std::span<const float> guess) {
+    return fitShapeWeights(shapes, motion.transpose() * shapes, 3, {}, &closures, guess);
+  };
+  const RowMajorMatrixF weights = weightsFrom({});
+  const std::vector<float> all(52, 1.0F), own(weights.data(), weights.data() + 52);
+  EXPECT_LT((weightsFrom(all) - weights).cwiseAbs().maxCoeff(), kWeightWithin);
+  EXPECT_LT((weightsFrom(own) - weights).cwiseAbs().maxCoeff(), kWeightWithin);
+}
+
 /// ICT's head, if it is here.
 class ArkitOnIct : public testing::Test {
  protected:
