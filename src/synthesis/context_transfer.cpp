@@ -9,7 +9,6 @@
 #include "base/index.h"
 #include "motion/blend.h"
 #include "motion/lip_gauge.h"
-#include "units/prediction/phone_shapes.h"
 
 namespace mouthpiece {
 namespace {
@@ -212,14 +211,16 @@ LineTransfer::LineTransfer(const SpeechLabels& line, const UnitDatabase& databas
       heard_(heard),
       settings_(options.settings.value_or(database.corpus().motion_settings)),
       spacing_(times.size() > 1 ? times[1] - times[0] : 1.0),
-      prediction_(*database.corpus().trajectory_model, line, LinePrediction::Keeps::kNothing),
+      predicted_(options.predicted ? options.predicted
+                                   : std::make_shared<PredictedLine>(*database.corpus().trajectory_model, line,
+                                                                     LinePrediction::Keeps::kNothing)),
       unsaid_(unsaidPhones(line.phones, database)),
       closes_(Eigen::MatrixXd::Zero(std::ssize(line.phones), 1)) {
   constexpr std::size_t kRounding = 2;
   const Seconds smoothed_within = std::max(kUnsaidWithin + kMeanWithin, settings_.detail_within_ms / 1000);
   reach_ = static_cast<std::size_t>(std::ceil(kSmoothedDeviations * smoothed_within / spacing_)) + kRounding;
   if (options.average) {
-    mean_ = contextMean(line, database);
+    mean_ = contextMean(line, database, predicted_->shapes);
     mean_times_ = shapeTimes(line);
   }
   for (std::size_t i = 0; i < line.phones.size(); ++i) {
@@ -244,7 +245,7 @@ void LineTransfer::moveUnsaid(std::span<const Seconds> times, Eigen::MatrixXd& c
 /// times x components.
 Eigen::MatrixXd LineTransfer::componentsAt(std::span<const Seconds> times) const {
   const TrajectoryModel& model = *database_.corpus().trajectory_model;
-  Eigen::MatrixXd components = prediction_.at(times);
+  Eigen::MatrixXd components = predicted_->at_times.at(times);
   if (options_.average)
     components.leftCols(mean_.cols()) += smoothed(interpolated(mean_, mean_times_, times), kMeanWithin, spacing_);
   if (options_.restore_variance) {

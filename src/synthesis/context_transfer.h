@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
+#include "units/prediction/phone_shapes.h"
 #include "units/prediction/trajectory_model.h"
 #include "units/selection/selection.h"
 #include "units/selection/unit_database.h"
@@ -25,6 +27,7 @@ struct ContextOptions {
   bool keep_contacts = true;                    ///< keepContacts()
   bool keep_heard = true;                       ///< where a fragment's own sound is heard its lips are as captured
   bool hear = false;                            ///< what the line's sound says beyond its phones joins the prediction
+  std::shared_ptr<const PredictedLine> predicted = {};  ///< of this line; null: it is made
 };
 
 /// A line's motion, and of what it is made up besides the neutral pose: times x (3 * markers), mm.
@@ -70,7 +73,7 @@ class LineTransfer {
   MotionSettings settings_;
   Seconds spacing_;
   std::size_t reach_;
-  LinePrediction prediction_;
+  std::shared_ptr<const PredictedLine> predicted_;
   Eigen::MatrixXd mean_;  ///< contextMean(), at mean_times_; empty: is not added
   std::vector<Seconds> mean_times_, middles_;
   Eigen::MatrixXd unsaid_, closes_;  ///< at middles_, the phones': 1 where a pair is unsaid, and where lips close

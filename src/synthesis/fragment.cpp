@@ -120,12 +120,15 @@ Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
 }
 
 PositionMatrix Fragment::lipsAt(std::span<const Seconds> times) const {
-  PositionMatrix lips = capturedLipsAt(times);
+  return lipsOfCaptured(capturedLipsAt(times), times);
+}
+
+PositionMatrix Fragment::lipsOfCaptured(PositionMatrix lips, std::span<const Seconds> times) const {
   if (prediction_ == nullptr) return lips;
-  const PositionMatrix predicted = predictedPoses(withinUsable(times));
-  for (Eigen::Index i = 0; i < lips.cols(); ++i) {
-    lips.col(i) -= predicted.col(database_->lipColumns()[unsignedIndex(i)]);
-  }
+  const std::vector<Eigen::Index>& columns = database_->lipColumns();
+  const auto& neutral = database_->corpus().neutral_pose_mm;
+  lips -= predictedComponents(withinUsable(times)) * database_->corpus().trajectory_model->shapes(Eigen::all, columns);
+  lips.rowwise() -= Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size())(columns);
   return lips;
 }
 
@@ -144,11 +147,15 @@ std::vector<Seconds> Fragment::withinUsable(std::span<const Seconds> times) cons
   return within;
 }
 
-PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
+Eigen::MatrixXd Fragment::predictedComponents(std::span<const Seconds> times) const {
   std::vector<Seconds> source;
   for (const Seconds time : times) source.push_back(warp_.sourceFromTarget(time));
+  return prediction_->at(source);
+}
+
+PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
   const auto& neutral = database_->corpus().neutral_pose_mm;
-  PositionMatrix poses = prediction_->at(source) * database_->corpus().trajectory_model->shapes;
+  PositionMatrix poses = predictedComponents(times) * database_->corpus().trajectory_model->shapes;
   poses.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
   return poses;
 }

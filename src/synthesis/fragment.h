@@ -45,8 +45,14 @@ class Fragment {
   [[nodiscard]] PositionMatrix lipsAt(std::span<const Seconds> times) const;
   /// The same as captured, whatever the poses are.
   [[nodiscard]] PositionMatrix capturedLipsAt(std::span<const Seconds> times) const;
+  /// lipsAt() of the same times, from what capturedLipsAt() gave.
+  [[nodiscard]] PositionMatrix lipsOfCaptured(PositionMatrix lips, std::span<const Seconds> times) const;
 
   [[nodiscard]] const PhoneRange& phones() const { return target_; }
+  /// Of the line: where the capture may be read.
+  [[nodiscard]] const TimeSpan& usable() const { return usable_; }
+  /// The take phone that plays the first of them.
+  [[nodiscard]] PhonePlace source() const { return {take_index_, source_first_}; }
   [[nodiscard]] double captureRateHz() const { return rate_hz_; }
   /// The take's phone that plays `target`, a phone of the line.
   [[nodiscard]] const LabelledPhone& sourcePhone(PhoneIndex target) const;
@@ -56,6 +62,7 @@ class Fragment {
   void relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const;
   [[nodiscard]] Eigen::RowVectorXd edgeVelocity(Seconds edge, double inward) const;
   [[nodiscard]] PositionMatrix capturedPoses(std::span<const Seconds> times) const;
+  [[nodiscard]] Eigen::MatrixXd predictedComponents(std::span<const Seconds> times) const;
   [[nodiscard]] PositionMatrix predictedPoses(std::span<const Seconds> times) const;
 
   /// The take's motion is asked for at each use: a long line has more fragments than motions that memory holds.
@@ -68,7 +75,7 @@ class Fragment {
   PhoneRange target_;
   PhoneIndex source_first_;
   TimeWarp warp_;
-  TimeSpan usable_;                                   ///< of the line: where the capture may be read
+  TimeSpan usable_;
   std::shared_ptr<const LinePrediction> prediction_;  ///< for the take; null: poses are as captured
 };
 

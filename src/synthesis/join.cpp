@@ -105,10 +105,13 @@ std::vector<JoinSpans> placeJoins(const std::vector<UnitFragment>& fragments, co
                                   const LineToRender& line, bool search_coupling) {
   std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
-    JoinSpans join = placeJoin(
-        line.labels, fragments[i].fragment, fragments[i + 1].fragment,
-        {line.overlap(), line.options.frame_rate_hz, search_coupling, !line.options.departures.joins_where_lips_agree,
-         soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])});
+    const Fragment &before = fragments[i].fragment, &after = fragments[i + 1].fragment;
+    const JoinOptions options{line.overlap(), line.options.frame_rate_hz, search_coupling,
+                              !line.options.departures.joins_where_lips_agree,
+                              soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])};
+    JoinSpans join = line.recent_joins != nullptr
+                         ? line.recent_joins->place(line.labels, line.origin, before, after, options)
+                         : placeJoin(line.labels, before, after, options);
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
       join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
@@ -128,9 +131,9 @@ class SharedLips {
     std::vector<Seconds> times;
     const auto count = static_cast<int>(std::ceil(span.duration() / kSpacing)) + 2;
     for (int i = 0; i < count; ++i) times.push_back(span.start + i * kSpacing);
-    difference_ = after.lipsAt(times) - before.lipsAt(times);
     captured_before_ = before.capturedLipsAt(times);
     captured_after_ = after.capturedLipsAt(times);
+    difference_ = after.lipsOfCaptured(captured_after_, times) - before.lipsOfCaptured(captured_before_, times);
   }
 
   [[nodiscard]] double markers() const { return std::max(1.0, asReal(difference_.cols()) / 3); }
@@ -287,6 +290,46 @@ JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Frag
   }
   const TimeSpan lips = placeLipJoin(phone, before, after, options);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
+}
+
+JoinSpans RecentJoins::place(const SpeechLabels& line, Seconds origin, const Fragment& before, const Fragment& after,
+                             const JoinOptions& options) {
+  constexpr std::size_t kMost = 32;
+  if (options.sound_cut) return placeJoin(line, before, after, options);
+  // Half of the longest blend, which is twice as long as is asked for or as a slow capture needs, and some frames.
+  const Seconds looked_at = options.overlap + 0.25;
+  const TimeSpan& shared = line.phones[after.phones().first.value].span;
+  const TimeSpan seen{shared.start - looked_at, shared.end + looked_at};
+  std::vector<std::int64_t> fragments;
+  const auto addTime = [&](Seconds time) {
+    fragments.push_back(std::llround(1e9 * (origin + std::clamp(time, seen.start, seen.end))));
+  };
+  for (const Fragment* fragment : {&before, &after}) {
+    const PhoneRange& phones = fragment->phones();
+    const PhonePlace source = fragment->source();
+    addTime(fragment->usable().start);
+    addTime(fragment->usable().end);
+    for (std::size_t i = phones.first.value; i <= phones.last.value; ++i) {
+      const LabelledPhone& phone = line.phones[i];
+      if (phone.span.end < seen.start || phone.span.start > seen.end) continue;
+      const PhonePlace played = advance(source, i - phones.first.value);
+      fragments.insert(fragments.end(), {signedIndex(played.take.value), signedIndex(played.phone.value),
+                                         static_cast<std::int64_t>(phone.phone)});
+      addTime(phone.span.start);
+      addTime(phone.span.end);
+    }
+  }
+  const auto moved = [](const JoinSpans& join, Seconds by) {
+    const auto movedSpan = [&](const TimeSpan& span) { return TimeSpan{span.start + by, span.end + by}; };
+    return JoinSpans{movedSpan(join.lips), movedSpan(join.upper_face)};
+  };
+  const auto known =
+      std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.fragments == fragments; });
+  if (known != kept_.end()) return moved(known->join, -origin);
+  const JoinSpans join = placeJoin(line, before, after, options);
+  if (kept_.size() >= kMost) kept_.erase(kept_.begin());
+  kept_.push_back({std::move(fragments), moved(join, origin)});
+  return join;
 }
 
 TimeSpan cheapestCoupling(const Fragment& before, const Fragment& after, const CouplingSearch& search) {

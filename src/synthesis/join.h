@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
@@ -38,6 +39,22 @@ struct JoinOptions {
 /// what it is otherwise, the place at `sound_cut` if there is one. In a silence the join is centred and longer.
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
                     const JoinOptions& options);
+
+/// The joins that were placed last, for lines that are rendered piece by piece, each piece with some of the one before:
+/// where the same fragments follow each other at the same times, their join stays. Not thread-safe.
+class RecentJoins {
+ public:
+  /// placeJoin(); `origin`: when the line's clock begins on that of all pieces.
+  JoinSpans place(const SpeechLabels& line, Seconds origin, const Fragment& before, const Fragment& after,
+                  const JoinOptions& options);
+
+ private:
+  struct Kept {
+    std::vector<std::int64_t> fragments;  ///< what the two are around their join, and when, to a nanosecond
+    JoinSpans join;                       ///< on the clock of all pieces
+  };
+  std::vector<Kept> kept_;  ///< the latest last
+};
 
 /// Among what the join of two fragments is looked for.
 struct CouplingSearch {

@@ -173,6 +173,8 @@ LiveMotion::Window LiveMotion::windowAt(const TimeSpan& frames, std::span<const 
   const std::size_t count = segments.size();
   window.labels = likely_words_.complete(labelsOf(std::move(segments), window.origin, language_));
   MOUTHPIECE_EXPECT(window.labels.phones.size() == count);
+  window.predicted =
+      std::make_shared<PredictedLine>(*database_.corpus().trajectory_model, window.labels, LinePrediction::Keeps::kAll);
   return window;
 }
 
@@ -220,6 +222,7 @@ void LiveMotion::addLikelyFuture(std::vector<PhoneSegment>& segments) const {
 
 std::vector<SelectedUnit> LiveMotion::unitsFor(const Window& window) const {
   SelectionOptions selection = options_.selection;
+  selection.predicted = window.predicted;
   const std::size_t pairs = window.labels.phones.size() - 1;
   for (std::size_t i = 0; i < pairs && window.first + i + 1 < said_.size(); ++i)
     selection.settled.push_back(i == 0 && !isSilent(said_[window.first].segment) ? std::nullopt
@@ -263,13 +266,14 @@ LiveFrames LiveMotion::renderPhrase(std::size_t count, const Window& window) {
     for (std::size_t i = 0; i < frames; ++i) times.push_back(timeOf(next_frame_ - before + i) - window.origin);
     const std::vector<SelectedUnit> units = unitsFor(window);
     const std::vector<SelectedUnit> near = unitsNear(units, window.labels, times);
-    const LineToRender line{window.labels, options_, database_, *options_.curves.model, times, {}, {}, {},
-                            &predictions_};
+    const LineToRender line{window.labels, options_,       database_,    *options_.curves.model, times, {}, {}, {},
+                            &predictions_, &recent_joins_, window.origin};
     const auto columns = database_.corpus().neutral_pose_mm.size();
     PositionMatrix residuals = near.empty() ? PositionMatrix(PositionMatrix::Zero(signedIndex(frames), columns))
                                             : blendUnits(near, times, line, true).positions_mm;
     ContextOptions context = options_.context;
     context.hear = false;
+    context.predicted = window.predicted;
     whole.positions_mm =
         transferContext(std::move(residuals), window.labels, database_, near, times, context).positions_mm;
     whole.lips = lipsFromPhones(window.labels, times);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/likely_words.h"
 #include "synthesis/fragment.h"
+#include "synthesis/join.h"
 #include "synthesis/synthesis.h"
 
 namespace mouthpiece {
@@ -52,11 +54,12 @@ class LiveMotion {
   };
   /// What render() looks at: a phrase, or as much of it as matters.
   struct Window {
-    SpeechLabels labels;     ///< on its own clock
-    Seconds origin = 0;      ///< of that clock
-    std::size_t first = 0;   ///< of said_: which of them is the labels' first phone
-    Seconds until = 0;       ///< frames from here on belong to the next phrase
-    bool is_silent = false;  ///< for so long that the face rests
+    SpeechLabels labels;                             ///< on its own clock
+    std::shared_ptr<const PredictedLine> predicted;  ///< of these labels
+    Seconds origin = 0;                              ///< of that clock
+    std::size_t first = 0;                           ///< of said_: which of them is the labels' first phone
+    Seconds until = 0;                               ///< frames from here on belong to the next phrase
+    bool is_silent = false;                          ///< for so long that the face rests
   };
 
   [[nodiscard]] Seconds timeOf(std::size_t frame) const;
@@ -73,6 +76,7 @@ class LiveMotion {
   const Language& language_;
   LikelyWords likely_words_;
   TakePredictions predictions_;
+  RecentJoins recent_joins_;
   std::deque<Said> said_;
   std::size_t next_frame_ = 0;
   Eigen::RowVectorXd shown_;  ///< the last frame: markers, lips, tongue; empty before the first

@@ -30,6 +30,8 @@ struct LineToRender {
   CurveSet curves;                         ///< of the whole line, before edits
   std::optional<HeardLine> heard;          ///< where a prediction leads and hears the line's sound
   TakePredictions* predictions = nullptr;  ///< those of an earlier piece of the line
+  RecentJoins* recent_joins = nullptr;     ///< the same
+  Seconds origin = 0;                      ///< of the labels' clock on that of all pieces
 
   [[nodiscard]] Seconds overlap() const { return options.overlap_ms / 1000; }
   [[nodiscard]] std::span<const Seconds> timesOf(const Stretch& stretch) const {

@@ -51,8 +51,12 @@ std::vector<Seconds> shapeTimes(const SpeechLabels& labels) {
   return times;
 }
 
+PredictedLine::PredictedLine(const TrajectoryModel& model, const SpeechLabels& labels, LinePrediction::Keeps keeps)
+    : at_times(model, labels, keeps),
+      shapes(packed(at_times.at(shapeTimes(labels)), labels.phones.size(), shapeComponents(model))) {}
+
 PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLabels& labels) {
-  return packed(model.predict(labels, shapeTimes(labels)), labels.phones.size(), shapeComponents(model));
+  return PredictedLine(model, labels, LinePrediction::Keeps::kNothing).shapes;
 }
 
 PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,

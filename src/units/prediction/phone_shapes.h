@@ -71,6 +71,14 @@ std::vector<Seconds> shapeTimes(const SpeechLabels& labels);
 /// phones x (points * components): the model's prediction for `labels`.
 PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLabels& labels);
 
+/// What the model predicts for a line, made once for all who ask: which fragments are chosen, and what they are moved
+/// by.
+struct PredictedLine {
+  PredictedLine(const TrajectoryModel& model, const SpeechLabels& labels, LinePrediction::Keeps keeps);
+  LinePrediction at_times;
+  PhoneShapes::Matrix shapes;  ///< predictedShapes()
+};
+
 /// `neutral_mm`, the columns of `motion` and `lips` in the model's order.
 PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,
                         const MarkerPositions& neutral_mm, const LipGauge& lips);

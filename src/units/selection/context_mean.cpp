@@ -36,10 +36,9 @@ class Mean {
 
 }  // namespace
 
-Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database) {
-  const TrajectoryModel& model = *database.corpus().trajectory_model;
-  const PhoneShapes::Matrix predicted = predictedShapes(model, target);
-  const Eigen::Index components = shapeComponents(model);
+Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database,
+                            const PhoneShapes::Matrix& predicted) {
+  const Eigen::Index components = shapeComponents(*database.corpus().trajectory_model);
   Eigen::MatrixXd means(predicted.rows() * PhoneShapes::kPoints, components);
   for (std::size_t phone = 0; phone < target.phones.size(); ++phone) {
     const auto row = signedIndex(phone);

@@ -63,8 +63,10 @@ class SelectionCosts {
  public:
   /// Fragments of any length, by labels and captured lips.
   SelectionCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionWeights& weights);
-  /// Pairs, by labels and PhoneShapes. Needs a corpus with a trajectory model.
-  SelectionCosts(const SpeechLabels& target, const UnitDatabase& database, const LatticeWeights& weights);
+  /// Pairs, by labels and PhoneShapes. Needs a corpus with a trajectory model; what it predicts for the line may be
+  /// null.
+  SelectionCosts(const SpeechLabels& target, const UnitDatabase& database, const LatticeWeights& weights,
+                 const PredictedLine* predicted = nullptr);
 
   /// Of the fragment at `place` for the phones `range`; infinite where a pair was not seen.
   [[nodiscard]] double targetCost(const PhoneRange& range, const PhonePlace& place) const;

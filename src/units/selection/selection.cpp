@@ -45,7 +45,7 @@ class PolicyBase : public SelectionPolicy {
         database_(database),
         options_(options),
         candidates_(target, database, options),
-        costs_(target, database, weights),
+        costs_(costsOf(weights)),
         unit_cost_(weights["unit"]),
         stand_in_cost_(weights["stand-in"]) {}
 
@@ -62,6 +62,12 @@ class PolicyBase : public SelectionPolicy {
   UnitCandidates candidates_;
   SelectionCosts costs_;
   double unit_cost_, stand_in_cost_;
+
+ private:
+  [[nodiscard]] SelectionCosts costsOf(const SelectionWeights& weights) const { return {target_, database_, weights}; }
+  [[nodiscard]] SelectionCosts costsOf(const LatticeWeights& weights) const {
+    return {target_, database_, weights, options_.predicted.get()};
+  }
 };
 
 /// EDGE 5.1.1: from each phone the longest fragment, then on from its last phone. The paper's inner loop never ends

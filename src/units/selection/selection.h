@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include "phonetics/labels/speech_labels.h"
 #include "units/costs/cost_terms.h"
 #include "units/phones/phone_span_index.h"
+#include "units/prediction/phone_shapes.h"
 
 namespace mouthpiece {
 
@@ -46,6 +48,7 @@ struct SelectionOptions {
   std::size_t pairs_looked_at = 200;           ///< lattice: of more places of a pair than these the likeliest by label
   /// Lattice: by pair, the places of those that are chosen already; may be shorter than the line.
   std::vector<std::optional<PhonePlace>> settled = {};
+  std::shared_ptr<const PredictedLine> predicted = {};  ///< lattice: of this line; null: it is made
 };
 
 /// The corpus lacks a pair of phones, and there is, or shall be, nothing in its stead.

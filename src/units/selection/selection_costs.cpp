@@ -27,14 +27,15 @@ SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& d
                                const SelectionWeights& weights)
     : SelectionCosts(target, database, weights, false) {}
 
-SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& database, const LatticeWeights& weights)
+SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& database, const LatticeWeights& weights,
+                               const PredictedLine* predicted)
     : SelectionCosts(target, database, weights, true) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   duration_weight_ = weights["duration"];
   neighbour_weight_ = weights["neighbours"];
   closed_mm_ = model.closed_opening_mm;
-  predicted_ = predictedShapes(model, target);
+  predicted_ = predicted != nullptr ? predicted->shapes : predictedShapes(model, target);
   openings_.assign(unsignedIndex(shapeComponents(model)), 0.0F);
   if (!database.lips().hasLips()) return;
   const Eigen::VectorXd openings = database.lips().verticalOpenings(model.shapes);

@@ -113,7 +113,9 @@ Eigen::RowVectorXd poseAt(const MotionClip& motion, const std::vector<Eigen::Ind
 /// What the prediction misses on average where the corpus says the same in a like context: for each phone the mean of
 /// captured less predicted over its places in the captured pairs of the line, each weighing exp(-d / 0.3 mm2), where d
 /// is the mean squared distance of its own prediction to the line's; one more place of weight 1 and no difference holds
-/// it back. phones * PhoneShapes::kPoints rows, at shapeTimes(), a column a component.
-Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database);
+/// it back. `predicted`: predictedShapes() of the line. phones * PhoneShapes::kPoints rows, at shapeTimes(), a column a
+/// component.
+Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database,
+                            const PhoneShapes::Matrix& predicted);
 
 }  // namespace mouthpiece

@@ -56,6 +56,37 @@ TEST_F(JoinOffsets, BothSidesMeetAtTheJoin) {
   EXPECT_GT(led, 0U);
 }
 
+/// A piece of a line has its own clock: the same fragments join where they did on that of all pieces, others anew.
+TEST_F(JoinOffsets, JoinsOfAnEarlierPieceStay) {
+  constexpr Seconds kLater = 1.5, kExact = 1e-9;
+  RecentJoins recent;
+  const JoinOptions options{.overlap = 0.06, .frame_rate_hz = 60, .search_coupling = true};
+  const auto expectPlaced = [&](Seconds origin) {
+    for (std::size_t i = 0; i + 1 < fragments_.size(); ++i) {
+      const Fragment &before = fragments_[i].fragment, &after = fragments_[i + 1].fragment;
+      const JoinSpans placed = recent.place(line_, origin, before, after, options);
+      const JoinSpans anew = placeJoin(line_, before, after, options);
+      EXPECT_NEAR(placed.lips.start, anew.lips.start, kExact);
+      EXPECT_NEAR(placed.lips.end, anew.lips.end, kExact);
+      EXPECT_NEAR(placed.upper_face.start, anew.upper_face.start, kExact);
+      EXPECT_NEAR(placed.upper_face.end, anew.upper_face.end, kExact);
+    }
+  };
+  ASSERT_GT(fragments_.size(), 1U);
+  expectPlaced(kLater);
+  const std::vector<SelectedUnit> units = selectUnits(line_, *database_, {});
+  const auto moveBy = [&](Seconds by, std::size_t first) {
+    for (std::size_t i = first; i < line_.phones.size(); ++i) {
+      TimeSpan& span = line_.phones[i].span;
+      span = {span.start + (i == first ? 0 : by), span.end + by};
+    }
+    fragments_ = cutIntoFragments(line_, *database_, units);
+  };
+  moveBy(0.030, 0);
+  moveBy(0.050, line_.phones.size() / 2);
+  expectPlaced(kLater - 0.030);  // what lies before is known, what follows lasts longer
+}
+
 TEST_F(JoinOffsets, OnlyThoseBesideTheFragmentsSeenAreFound) {
   join("DH-AH T-AY-M IH-Z T-EH-N T-AY-M IH-Z DH-AH T-EH-N IH-Z T-AY-M");
   ASSERT_GT(joins_.size(), 3U);

@@ -143,7 +143,8 @@ TEST(ContextMean, IsWhatTheCorpusHasInCommonBeyondThePrediction) {
     motion.positions_mm = (values * model.shapes).rowwise() + neutral;
   }
   const UnitDatabase database(corpus);
-  const Eigen::MatrixXd mean = contextMean(corpus.takes[0].labels, database);
+  const Eigen::MatrixXd mean =
+      contextMean(corpus.takes[0].labels, database, predictedShapes(model, corpus.takes[0].labels));
   const Eigen::Index vowel = 2 * PhoneShapes::kPoints + 2;
   // Six takes by two pairs against one that holds back.
   constexpr double kBetweenFrames = 0.02;  // mm

@@ -289,7 +289,7 @@ TEST(ContextMean, OfATakesOwnLineIsItsDepartureHeldBack) {
   corpus.trajectory_model = samples::tinyModel(corpus);
   const UnitDatabase database(corpus);
   const SpeechLabels& line = corpus.takes[0].labels;
-  const Eigen::MatrixXd mean = contextMean(line, database);
+  const Eigen::MatrixXd mean = contextMean(line, database, predictedShapes(*corpus.trajectory_model, line));
   const Eigen::Index components = shapeComponents(*corpus.trajectory_model);
   ASSERT_EQ(mean.rows(), std::ssize(line.phones) * PhoneShapes::kPoints);
   ASSERT_EQ(mean.cols(), components);
