@@ -296,8 +296,10 @@ JoinSpans RecentJoins::place(const SpeechLabels& line, Seconds origin, const Fra
                              const JoinOptions& options) {
   constexpr std::size_t kMost = 32;
   if (options.sound_cut) return placeJoin(line, before, after, options);
-  // Half of the longest blend, which is twice as long as is asked for or as a slow capture needs, and some frames.
-  const Seconds looked_at = options.overlap + 0.25;
+  // Half of the longest blend, which is twice as long as is asked for or as a slow capture needs, and what is around
+  // it.
+  const Seconds looked_at =
+      options.overlap + kCaptureFramesInBlend / std::min(before.captureRateHz(), after.captureRateHz()) + 0.1;
   const TimeSpan& shared = line.phones[after.phones().first.value].span;
   const TimeSpan seen{shared.start - looked_at, shared.end + looked_at};
   std::vector<std::int64_t> fragments;
