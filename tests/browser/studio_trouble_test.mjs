@@ -27,7 +27,7 @@ async function isRefused(page, verdict, ...reasons) {
   assert.equal(verdict.state, 'again');
   for (const reason of reasons) assert.match(verdict.faults, reason);
   assert.deepEqual(takes(), []);
-  await page.waitForFunction((text) => document.getElementById('prompt').textContent === text, sentence);
+  await page.waitForFunction((text) => document.getElementById('prompt').textContent === text, sentence, { polling: 100 });
 }
 
 // --- The speaker leaves the picture in the middle of the sentence, and is too loud for the microphone.
