@@ -338,9 +338,10 @@ TEST_F(NetworkPhones, TellWrongTextsInOtherLanguages) {
        {{"Os meus amigos chegam hoje", "à noite de comboio"},
         {"Ninguém sabia porque a porta", "tinha ficado aberta"},
         {"Vou beber um café e depois", "voltamos ao trabalho"}}}};
-  for (const auto& [tag, lines] : said) {
-    const Language& language = languageOf(tag);
-    const auto voice = makeVoice("espeak:" + tag);
+  for (const auto& of_language : said) {
+    const Language& language = languageOf(of_language.first);
+    const auto& lines = of_language.second;
+    const auto voice = makeVoice("espeak:" + of_language.first);
     const Pronouncer pronouncer(nullptr, language);
     ForcedAligner aligner({}, language);
     for (std::size_t i = 0; i < lines.size(); ++i) {
