@@ -339,7 +339,8 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = by_ear.posteriors();
-    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_, *options_.language), likeness_);
+    by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_, *options_.language),
+                    likeness_);
   }
   Stretch stretch{.samples = samples,
                   .clip = {SamplesToHear::kRateHz, {}},
