@@ -186,7 +186,10 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   const bool asks_network = options.hear != SpeakerOptions::Hear::kPhones;
   std::string failure;
   HeardPhones heard;
-  if (asks_network && !source.is_sung) heard = phonesBesideText(*network(), to_hear.all(), *language, failure);
+  if (asks_network && !source.is_sung) {
+    heard = phonesBesideText(*network(), to_hear.all(), *language, failure);
+    if (is_long) network()->endWaiting();  // the aligner needs memory, too
+  }
   ForcedAlignment alignment =
       aligner->align(to_hear, lasts, words, source.audio.string(), kind, BorderTimes::kFine, heard);
   if (is_long) {
