@@ -72,11 +72,20 @@ struct ModelWords {
   bool by_network = false;
 };
 
+/// What the ear alone hears of a stretch.
+struct HeardByEar {
+  Eigen::MatrixXf posteriors;
+  bool is_speaker = false;  ///< PhoneEar::knowsSpeaker()
+  VoiceTransform voice;     ///< PhoneEar::voice()
+};
+
 /// What is heard of a stretch before it is known which words are taken.
 struct Stretch {
   std::span<const std::int16_t> samples;  ///< 16 kHz
   AudioClip clip;                         ///< the same
   TimeSpan span;                          ///< on the sound's clock
+  bool is_speaker;                        ///< HeardByEar
+  VoiceTransform voice;                   ///< the same
   StretchHearing hearing;                 ///< by the ear alone, which the odds of words were learnt from
   HeardPhones by_network;                 ///< none where the network does not hear it
   std::optional<StretchHearing> by_both;  ///< by the ear and the network, where this hears it
@@ -112,14 +121,13 @@ class SoundRecogniser : public Recogniser {
  private:
   /// PocketSphinx, from when it is first asked.
   WordSearch& search();
+  [[nodiscard]] HeardByEar hearByEar(std::span<const std::int16_t> samples);
   /// Whether known lines may be said, by the network's words where it heard some.
-  [[nodiscard]] bool mayBeKnown(const std::vector<NetworkWord>& by_network) const;
+  [[nodiscard]] bool mayBeKnown(const std::vector<NetworkWord>& by_network, bool is_speaker) const;
   /// The logarithm of the odds that much of known lines' words is wrong, against a network's: a hint's words are meant,
   /// and of the corpus' speaker those that follow each other as in its lines.
-  [[nodiscard]] double oddsOfKnown(const WordsHeard& words, const StretchHearing& hearing, double in_order) const;
+  [[nodiscard]] double oddsOfKnown(const WordsHeard& words, const Stretch& stretch, double in_order) const;
   std::optional<WordsHeard> wordsAs(std::string_view text, const Stretch& stretch);
-  /// Whether words of a model are taken, not the phones that are heard without them.
-  [[nodiscard]] bool areLikely(const ModelWords& words, const StretchHearing& hearing) const;
   std::optional<ModelWords> wordsBySearch(const Stretch& stretch);
   std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const Stretch& stretch);
   /// The likelier of both.
@@ -131,7 +139,7 @@ class SoundRecogniser : public Recogniser {
   /// What the network hears of a stretch; nothing where there is none, or where it fails, which `heard` then tells.
   HeardPhones hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard);
   /// `by_network`: the network's words.
-  void hearStretch(std::span<const std::int16_t> samples, Seconds start, const std::vector<NetworkWord>& by_network,
+  void hearStretch(const Said& said, HeardByEar by_ear, const std::vector<NetworkWord>& by_network,
                    CollectedSpeech& all, HeardSpeech& heard);
   void collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const;
 
@@ -163,9 +171,14 @@ std::string textOf(const std::vector<NetworkWord>& words) {
   return text;
 }
 
-bool SoundRecogniser::mayBeKnown(const std::vector<NetworkWord>& by_network) const {
+HeardByEar SoundRecogniser::hearByEar(std::span<const std::int16_t> samples) {
+  Eigen::MatrixXf posteriors = ear_.posteriors(samples);
+  return {std::move(posteriors), ear_.knowsSpeaker(), ear_.voice()};
+}
+
+bool SoundRecogniser::mayBeKnown(const std::vector<NetworkWord>& by_network, bool is_speaker) const {
   if (lines_->book().lines.empty()) return false;
-  if (!options_.hint.empty() || ear_.knowsSpeaker() || by_network.empty()) return true;
+  if (!options_.hint.empty() || is_speaker || by_network.empty()) return true;
   std::vector<std::string> words;
   try {
     for (const TranscriptWord& word : pronouncer_->wordsOf(textOf(by_network))) words.push_back(lowerCase(word.text));
@@ -257,10 +270,19 @@ std::vector<std::vector<NetworkWord>> SoundRecogniser::networkWords(
   return words;
 }
 
-double SoundRecogniser::oddsOfKnown(const WordsHeard& words, const StretchHearing& hearing, double in_order) const {
+double SoundRecogniser::oddsOfKnown(const WordsHeard& words, const Stretch& stretch, double in_order) const {
   if (!options_.hint.empty()) return -std::numeric_limits<double>::infinity();
-  if (ear_.knowsSpeaker()) return in_order < kLeastInOrder ? 0 : -std::numeric_limits<double>::infinity();
-  return oddsOfCorpusWords(hearing.apartFrom(words.alignment.labels), words.word_odds, in_order);
+  if (stretch.is_speaker) return in_order < kLeastInOrder ? 0 : -std::numeric_limits<double>::infinity();
+  return oddsOfCorpusWords(stretch.hearing.apartFrom(words.alignment.labels), words.word_odds, in_order);
+}
+
+/// Whether words of a model are taken, not the phones that are heard without them.
+bool areLikely(const ModelWords& words, const Stretch& stretch) {
+  const WordsHeard& heard = words.heard;
+  if (stretch.is_speaker && !(words.by_network && words.odds < kNetworkTrusted))
+    return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * stretch.hearing.fit()) &&
+           heard.believed >= kDoubtfulConfidence;
+  return words.by_network ? words.odds < kNetworkUnlikely : heard.word_odds >= kWordsBelieved;
 }
 
 Decision SoundRecogniser::decide(const std::vector<NetworkWord>& by_network, const Stretch& stretch) {
@@ -269,29 +291,29 @@ Decision SoundRecogniser::decide(const std::vector<NetworkWord>& by_network, con
   std::optional<WordsHeard>& best = decision.words;
   std::optional<ModelWords> found;
   double in_order = 0;
-  if (mayBeKnown(by_network)) {
-    const std::vector<std::string> words = search().hearBook(stretch.samples, ear_.voice());
+  if (mayBeKnown(by_network, stretch.is_speaker)) {
+    const std::vector<std::string> words = search().hearBook(stretch.samples, stretch.voice);
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
     in_order = lines_->inOrder(words);
-    const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || in_order >= kLeastInOrder;
+    const bool may_be = !options_.hint.empty() || stretch.is_speaker || in_order >= kLeastInOrder;
     if (may_be) best = wordsAs(textOf(words), stretch);
   }
   if (!best || best->fit < kSurelyFits) {
     std::optional<ModelWords> any = wordsByModels(by_network, stretch);
     if (any && (!best || any->heard.fit > kBookBonus * best->fit ||
-                (any->by_network && any->odds < oddsOfKnown(*best, hearing, in_order)))) {
+                (any->by_network && any->odds < oddsOfKnown(*best, stretch, in_order)))) {
       best = any->heard;
       found = std::move(any);
     }
   }
-  const bool is_likely = best && (found ? areLikely(*found, hearing) : best->fit >= kBookFits);
+  const bool is_likely = best && (found ? areLikely(*found, stretch) : best->fit >= kBookFits);
   decision.are_taken = best && (options_.as == HearAs::kWords || is_likely);
   decision.by_model = found.has_value();
   if (decision.are_taken && found) {
     decision.odds = found->odds;
     decision.word_odds = found->word_odds;
-  } else if (decision.are_taken && options_.hint.empty() && !ear_.knowsSpeaker()) {
-    decision.odds = oddsOfKnown(*best, hearing, in_order);
+  } else if (decision.are_taken && options_.hint.empty() && !stretch.is_speaker) {
+    decision.odds = oddsOfKnown(*best, stretch, in_order);
   } else {
     decision.odds = best ? oddsOfWords(hearing.apartFrom(best->alignment.labels), best->word_odds)
                          : oddsOfWords(1, std::log(kLeastBelieved));
@@ -331,46 +353,45 @@ HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples
   }
 }
 
-void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start,
-                                  const std::vector<NetworkWord>& by_network, CollectedSpeech& all,
-                                  HeardSpeech& heard) {
-  StretchHearing by_ear(ear_.posteriors(samples), likeness_);
-  HeardPhones phones = ear_.knowsSpeaker() ? HeardPhones() : hearByNetwork(samples, heard);
+void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, const std::vector<NetworkWord>& by_network,
+                                  CollectedSpeech& all, HeardSpeech& heard) {
+  StretchHearing hearing(std::move(by_ear.posteriors), likeness_);
+  HeardPhones phones = by_ear.is_speaker ? HeardPhones() : hearByNetwork(said.samples, heard);
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
-    const Eigen::MatrixXf& posteriors = by_ear.posteriors();
+    const Eigen::MatrixXf& posteriors = hearing.posteriors();
     by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_, *options_.language),
                     likeness_);
   }
-  Stretch stretch{.samples = samples,
+  Stretch stretch{.samples = said.samples,
                   .clip = {SamplesToHear::kRateHz, {}},
-                  .span = {},
-                  .hearing = std::move(by_ear),
+                  .span = {said.start, said.start + hearing.duration()},
+                  .is_speaker = by_ear.is_speaker,
+                  .voice = std::move(by_ear.voice),
+                  .hearing = std::move(hearing),
                   .by_network = std::move(phones),
                   .by_both = std::move(by_both)};
-  stretch.span = {start, start + stretch.hearing.duration()};
   const bool is_noise = stretch.by_both && options_.hint.empty() && heardAsPhones(stretch.by_network) < kLeastPhones;
   if (is_noise) return all.passOver(stretch.span);
   if (!pronouncer_) {
-    const StretchHearing& hearing = stretch.phones();
-    if (hearing.heardFor() == 0) return all.passOver(stretch.span);
-    all.addStretch(stretch.span, oddsOfPhones(hearing.fit(), hearing.heardFor() / hearing.duration()),
-                   hearing.heardFor());
+    const StretchHearing& by_all = stretch.phones();
+    if (by_all.heardFor() == 0) return all.passOver(stretch.span);
+    all.addStretch(stretch.span, oddsOfPhones(by_all.fit(), by_all.heardFor() / by_all.duration()), by_all.heardFor());
     return collectPhones(stretch, nullptr, all);
   }
-  for (const std::int16_t sample : samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
+  for (const std::int16_t sample : said.samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   Decision decision = decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
   if (isNoSpeech(decision, stretch.phones())) return all.passOver(stretch.span);
   all.addStretch(stretch.span, decision.odds, stretch.hearing.heardFor());
   if (!decision.are_taken) return collectPhones(stretch, words ? &*words : nullptr, all);
-  doubtWords(decision.word_odds, start, *words, all);
+  doubtWords(decision.word_odds, said.start, *words, all);
   SpeechLabels& labels = words->alignment.labels;
   if (stretch.by_both && labels.words.size() == decision.word_odds.size())
     hearUnlikelyWords(*stretch.by_both, decision.word_odds, labels, words->fits);
-  if ((decision.by_model || options_.hint.empty()) && !ear_.knowsSpeaker())
+  if ((decision.by_model || options_.hint.empty()) && !stretch.is_speaker)
     keepClosings(stretch.phones(), labels.phones, words->fits);
-  collectWords(*words, start, all);
+  collectWords(*words, said.start, all);
 }
 
 std::optional<ModelWords> SoundRecogniser::wordsByModels(const std::vector<NetworkWord>& by_network,
@@ -382,7 +403,7 @@ std::optional<ModelWords> SoundRecogniser::wordsByModels(const std::vector<Netwo
 }
 
 std::optional<ModelWords> SoundRecogniser::wordsBySearch(const Stretch& stretch) {
-  const FoundWords found = search().hear(stretch.samples, ear_.voice());
+  const FoundWords found = search().hear(stretch.samples, stretch.voice);
   std::optional<WordsHeard> heard = wordsAs(textOf(found.words), stretch);
   if (!heard) return std::nullopt;
   const double rivals = std::accumulate(found.rivals.begin(), found.rivals.end(), 0.0) / asReal(found.rivals.size());
@@ -406,14 +427,6 @@ std::optional<ModelWords> SoundRecogniser::wordsByNetwork(const std::vector<Netw
   for (std::size_t i = 0; i < confidence.size() && confidence.size() == words.size(); ++i)
     found.word_odds.push_back(oddsOfNetworkWord(oddsOfConfidence(confidence[i]), words[i].log_probability));
   return found;
-}
-
-bool SoundRecogniser::areLikely(const ModelWords& words, const StretchHearing& hearing) const {
-  const WordsHeard& heard = words.heard;
-  if (ear_.knowsSpeaker() && !(words.by_network && words.odds < kNetworkTrusted))
-    return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * hearing.fit()) &&
-           heard.believed >= kDoubtfulConfidence;
-  return words.by_network ? words.odds < kNetworkUnlikely : heard.word_odds >= kWordsBelieved;
 }
 
 HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
@@ -440,14 +453,17 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
     network = std::async(is_long ? std::launch::deferred : std::launch::async,
                          [&] { return networkWords(with_margins, to_hear, heard); });
   ear_.learn(std::exchange(options_.speaker, {}));
-  ear_.adaptTo(stretches);
+  // A voice's own ear adds nothing to what the network hears (docs/theory/hearing/recognition.md).
+  if (!hears_network_phones_) ear_.adaptTo(stretches);
+  std::vector<HeardByEar> by_ear;  // of a long sound when each is heard, for memory
   if (is_long) giveBackMemory();
+  for (std::size_t i = 0; i < said.size() && !is_long; ++i) by_ear.push_back(hearByEar(stretches[i]));
   const std::vector<std::vector<NetworkWord>> by_network =
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
   if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
   for (std::size_t i = 0; i < said.size(); ++i) {
-    hearStretch(said[i].samples, said[i].start, by_network[i], all, heard);
+    hearStretch(said[i], is_long ? hearByEar(stretches[i]) : std::move(by_ear[i]), by_network[i], all, heard);
     to_hear.letGo();
   }
   all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);
