@@ -152,7 +152,8 @@ class SoundRecogniser : public Recogniser {
   std::optional<ForcedAligner> aligner_;
   std::optional<KnownLines> lines_;
   bool hears_network_phones_ = false;
-  double noisiness_ = 0;  ///< noisinessOf() the sound
+  double noisiness_ = 0;       ///< noisinessOf() the sound
+  HeardPhones phones_of_all_;  ///< the network's of the whole sound; none where it is long, or not noisy
 };
 
 WordSearch& SoundRecogniser::search() {
@@ -356,7 +357,13 @@ HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples
 void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, const std::vector<NetworkWord>& by_network,
                                   CollectedSpeech& all, HeardSpeech& heard) {
   StretchHearing hearing(std::move(by_ear.posteriors), likeness_);
-  HeardPhones phones = by_ear.is_speaker ? HeardPhones() : hearByNetwork(said.samples, heard);
+  HeardPhones phones;
+  if (!by_ear.is_speaker) {
+    const auto first = static_cast<Eigen::Index>(std::lround(said.start / kEarStep));
+    const Eigen::Index frames = hearing.posteriors().cols();
+    phones = first + frames <= phones_of_all_.cols() ? HeardPhones(phones_of_all_.middleCols(first, frames))
+                                                     : hearByNetwork(said.samples, heard);
+  }
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = hearing.posteriors();
@@ -438,7 +445,10 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   heard.stretches = findSpeech(samples);
   noisiness_ = noisinessOf(samples);
   if (hears_network_phones_ && noisiness_ > 0)
-    heard.stretches = withHeardSpeech(std::move(heard.stretches), hearByNetwork(samples, heard));
+    phones_of_all_ = hearByNetwork(samples, heard);
+  if (phones_of_all_.cols() > 0) heard.stretches = withHeardSpeech(std::move(heard.stretches), phones_of_all_);
+  const bool is_long = lasts > kOneAfterTheOther;
+  if (is_long) phones_of_all_ = {};
   to_hear.letGo();
   const bool has_network = pronouncer_ && options_.word_network && options_.word_network->isThere();
   const std::vector<Said> said = whatIsSaid(samples, heard.stretches, has_network ? kNearPause : 0);
@@ -448,7 +458,6 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
     with_margins.push_back(stretch.with_margins);
   }
   std::future<std::vector<std::vector<NetworkWord>>> network;
-  const bool is_long = lasts > kOneAfterTheOther;
   if (has_network && !said.empty())
     network = std::async(is_long ? std::launch::deferred : std::launch::async,
                          [&] { return networkWords(with_margins, to_hear, heard); });
