@@ -404,8 +404,8 @@ void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, const std
 std::optional<ModelWords> SoundRecogniser::wordsByModels(const std::vector<NetworkWord>& by_network,
                                                          const Stretch& stretch) {
   std::optional<ModelWords> any = wordsByNetwork(by_network, stretch);
-  if (any && any->odds < kNetworkUnlikely) return any;
-  std::optional<ModelWords> searched = wordsBySearch(stretch);  // the network's would not be taken
+  if (any && (any->odds < kNetworkUnlikely || noisiness_ > 0)) return any;  // in noise the search adds nothing
+  std::optional<ModelWords> searched = wordsBySearch(stretch);              // the network's would not be taken
   return !any || (searched && searched->odds < any->odds) ? searched : any;
 }
 
@@ -444,8 +444,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
   noisiness_ = noisinessOf(samples);
-  if (hears_network_phones_ && noisiness_ > 0)
-    phones_of_all_ = hearByNetwork(samples, heard);
+  phones_of_all_ = noisiness_ > 0 ? hearByNetwork(samples, heard) : HeardPhones();
   if (phones_of_all_.cols() > 0) heard.stretches = withHeardSpeech(std::move(heard.stretches), phones_of_all_);
   const bool is_long = lasts > kOneAfterTheOther;
   if (is_long) phones_of_all_ = {};

@@ -131,6 +131,19 @@ TEST_F(NetworkPhones, TellAFileMoreThanItsEarDoes) {
   EXPECT_GT(heardInNoise(hear), without + kBetter);
 }
 
+TEST_F(NetworkPhones, AreTheSameAfterANoisySound) {
+  constexpr double kSnrDb = 5;
+  RecogniserOptions options{.as = HearAs::kPhones, .word_network = shipped()};
+  const SpokenLine other = makeVoice("flite:kal16")->speak("we moved the blue map above the pump");
+  const auto recogniser = makeRecogniser(options);
+  recogniser->hear(test::inHiss(samplesToHear(line().audio), kSnrDb), "noisy");
+  const SpeechLabels after = recogniser->hear(other.audio, "clean").labels,
+                     alone = makeRecogniser(options)->hear(other.audio, "clean").labels;
+  EXPECT_TRUE(std::ranges::equal(after.phones, alone.phones, [](const LabelledPhone& a, const LabelledPhone& b) {
+    return a.phone == b.phone && a.span.start == b.span.start && a.span.end == b.span.end;
+  }));
+}
+
 TEST_F(NetworkPhones, HearNothingInAGust) {
   for (const PhoneSegment& phone : heardOn(test::gust(), shipped())) EXPECT_EQ(phone.phone, Phone::kSil);
 }
