@@ -138,9 +138,11 @@ class SoundRecogniser : public Recogniser {
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
   /// What the network hears of a stretch; nothing where there is none, or where it fails, which `heard` then tells.
   HeardPhones hearByNetwork(std::span<const std::int16_t> samples, HeardSpeech& heard);
-  /// `by_network`: the network's words.
-  void hearStretch(const Said& said, HeardByEar by_ear, const std::vector<NetworkWord>& by_network,
-                   CollectedSpeech& all, HeardSpeech& heard);
+  /// What it hears of a stretch whose speaker is not known.
+  HeardPhones phonesOf(const Said& said, HeardSpeech& heard);
+  /// `phones`, `by_network`: the network's phones and words.
+  void hearStretch(const Said& said, HeardByEar by_ear, HeardPhones phones, const std::vector<NetworkWord>& by_network,
+                   CollectedSpeech& all);
   void collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const;
 
   RecogniserOptions options_;
@@ -354,16 +356,17 @@ HeardPhones SoundRecogniser::hearByNetwork(std::span<const std::int16_t> samples
   }
 }
 
-void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, const std::vector<NetworkWord>& by_network,
-                                  CollectedSpeech& all, HeardSpeech& heard) {
+HeardPhones SoundRecogniser::phonesOf(const Said& said, HeardSpeech& heard) {
+  constexpr std::size_t kSamplesAFrame = 160;
+  const auto first = static_cast<Eigen::Index>(std::lround(said.start / kEarStep)),
+             frames = signedIndex(said.samples.size() / kSamplesAFrame);
+  return first + frames <= phones_of_all_.cols() ? HeardPhones(phones_of_all_.middleCols(first, frames))
+                                                 : hearByNetwork(said.samples, heard);
+}
+
+void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, HeardPhones phones,
+                                  const std::vector<NetworkWord>& by_network, CollectedSpeech& all) {
   StretchHearing hearing(std::move(by_ear.posteriors), likeness_);
-  HeardPhones phones;
-  if (!by_ear.is_speaker) {
-    const auto first = static_cast<Eigen::Index>(std::lround(said.start / kEarStep));
-    const Eigen::Index frames = hearing.posteriors().cols();
-    phones = first + frames <= phones_of_all_.cols() ? HeardPhones(phones_of_all_.middleCols(first, frames))
-                                                     : hearByNetwork(said.samples, heard);
-  }
   std::optional<StretchHearing> by_both;
   if (phones.cols() > 0) {
     const Eigen::MatrixXf& posteriors = hearing.posteriors();
@@ -463,15 +466,25 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   ear_.learn(std::exchange(options_.speaker, {}));
   // A voice's own ear adds nothing to what the network hears (docs/theory/hearing/recognition.md).
   if (!hears_network_phones_) ear_.adaptTo(stretches);
-  std::vector<HeardByEar> by_ear;  // of a long sound when each is heard, for memory
   if (is_long) giveBackMemory();
-  for (std::size_t i = 0; i < said.size() && !is_long; ++i) by_ear.push_back(hearByEar(stretches[i]));
+  std::vector<HeardByEar> by_ear(said.size());  // of a long sound when each is heard, for memory
+  const auto hearFrom = [&](std::size_t first) {
+    for (std::size_t i = first; i < (is_long ? first : said.size()); ++i) by_ear[i] = hearByEar(stretches[i]);
+  };
+  hearFrom(0);
   const std::vector<std::vector<NetworkWord>> by_network =
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
   if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
   for (std::size_t i = 0; i < said.size(); ++i) {
-    hearStretch(said[i], is_long ? hearByEar(stretches[i]) : std::move(by_ear[i]), by_network[i], all, heard);
+    if (is_long) by_ear[i] = hearByEar(stretches[i]);
+    const bool hears_phones = hears_network_phones_;
+    HeardPhones phones = by_ear[i].is_speaker ? HeardPhones() : phonesOf(said[i], heard);
+    if (hears_phones && !hears_network_phones_) {  // the network has failed
+      ear_.adaptTo(stretches);
+      hearFrom(i);
+    }
+    hearStretch(said[i], std::move(by_ear[i]), std::move(phones), by_network[i], all);
     to_hear.letGo();
   }
   all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);
