@@ -48,8 +48,8 @@ fs::path findSharedFile(std::string_view name, std::string_view how_to_make) {
 
 fs::path corpusFile(const fs::path& named) {
   constexpr std::string_view kMake = "make the sample corpus with `make data` in the checkout, or name another";
-  if (named == "clock" && !fs::exists(named)) return findSharedFile("clock.corpus", kMake);
-  return named.empty() ? findSharedFile("sample.corpus", kMake) : named;
+  const bool is_shipped = named.empty() || ((named == "sample" || named == "clock") && !fs::exists(named));
+  return is_shipped ? findSharedFile(named == "clock" ? "clock.corpus" : "sample.corpus", kMake) : named;
 }
 
 std::shared_ptr<WordNetwork> sharedWordNetwork() {

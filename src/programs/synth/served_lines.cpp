@@ -451,9 +451,7 @@ void ServedLines::fit(std::size_t line) {
     return lines_[line].title;
   }();
   const fs::path mesh = folder_ / "heads" / name;
-  const fs::path corpus = options_.corpus.empty() || options_.corpus == "clock"
-                              ? findSharedFile("sample.corpus", "make it with `make`")
-                              : fs::absolute(options_.corpus);
+  const fs::path corpus = fs::absolute(corpusFile(options_.corpus == "clock" ? "" : options_.corpus));
   const fs::path face = fitHead(mesh, corpus, [&](std::string_view stage) { enter(line, stage); });
   const std::scoped_lock lock(mutex_);
   faces_[face.stem().string()] = face;

@@ -52,7 +52,7 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   Manner& manner = speaker.manner;
   app.add_option(
       "--corpus", speaker.corpus,
-      "Corpus to learn and take the movements from (default: the sample corpus; clock: its 55 sentences of the "
+      "Corpus to learn and take the movements from (default: sample, the sample corpus; clock: its 55 sentences of the "
       "paper's grammar alone)");
   app.add_option("--face", speaker.face, "Face to move, made by `retarget fit` (default: the sample face)");
   std::string voices;
