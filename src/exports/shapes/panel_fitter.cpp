@@ -189,7 +189,9 @@ HeldFrames::HeldFrames(const FrameMaker& frames, std::span<const Eigen::Index> w
   }
 }
 
-Fit HeldFrames::fit() const { return {&animation_, stepped_ ? &*stepped_ : nullptr, rest_, tolerance_}; }
+Fit HeldFrames::fit(Eigen::Index telling) const {
+  return {&animation_, stepped_ ? &*stepped_ : nullptr, rest_, tolerance_, telling};
+}
 
 Eigen::RowVectorXf movingRest(const PrincipalShapes& shapes, const VertexPositions& rest) {
   const std::vector<std::uint32_t> vertices = shapes.columnVertices();
@@ -215,13 +217,13 @@ MatrixXf displacementsOf(const Fit& fit, const std::vector<Eigen::Index>& vertic
   return displacements;
 }
 
-Weights weightsFromBasis(const MatrixXf& basis) {
+Weights weightsFromBasis(const MatrixXf& basis, Eigen::Index telling) {
   Weights result;
   result.count = basis.cols();
   const Eigen::Index frames = paddedRows(basis.rows());
   result.weights = RowMajorMatrixF::Zero(frames, 1 + basis.cols());
   result.weights.col(0).head(basis.rows()).setOnes();
-  result.inverse = RowMajorMatrixF::Zero(paddedRows(basis.cols()), frames);
+  result.inverse = RowMajorMatrixF::Zero(paddedRows(basis.cols()), paddedRows(telling));
   for (Eigen::Index k = 0; k < basis.cols(); ++k) {
     Eigen::Index strongest = 0;
     basis.col(k).cwiseAbs().maxCoeff(&strongest);
@@ -231,7 +233,7 @@ Weights weightsFromBasis(const MatrixXf& basis) {
     const float low = is_constant ? 0.0F : column.minCoeff();
     result.weights.col(k + 1).head(basis.rows()) =
         ((column.array() - low) / (high - low)).cwiseMin(1.0F).cwiseMax(0.0F);
-    result.inverse.row(k).head(basis.rows()) = (high - low) * column.transpose();
+    result.inverse.row(k).head(telling) = (high - low) * column.head(telling).transpose();
     result.offset_shares.push_back(low / (high - low));
   }
   return result;

@@ -22,8 +22,11 @@ struct Fit {
   const FaceAnimation* animation;
   const SteppedFrames* stepped;
   const Eigen::RowVectorXf& rest;
-  float tolerance;  ///< mesh unit
+  float tolerance;            ///< mesh unit
+  Eigen::Index telling = -1;  ///< as many of the first frames tell the shapes; negative: all
 
+  /// The frames by which the shapes are found; all are measured.
+  [[nodiscard]] Eigen::Index tellingFrames() const { return telling < 0 ? frames() : telling; }
   [[nodiscard]] Eigen::Index frames() const {
     return stepped != nullptr ? stepped->frameCount() : animation->positions.rows();
   }
@@ -37,7 +40,8 @@ class HeldFrames {
   HeldFrames(const FrameMaker& frames, std::span<const Eigen::Index> which, const Eigen::RowVectorXf& moving_rest,
              double mm_per_unit, double tolerance_mm);
 
-  [[nodiscard]] Fit fit() const;
+  /// `telling`: as Fit's.
+  [[nodiscard]] Fit fit(Eigen::Index telling = -1) const;
   double off_mm = 0;  ///< a vertex at most
 
  private:
@@ -53,17 +57,18 @@ Eigen::RowVectorXf movingRest(const PrincipalShapes& shapes, const VertexPositio
 /// Displacements of the given vertices, frames x (3 * count).
 Eigen::MatrixXf displacementsOf(const Fit& fit, const std::vector<Eigen::Index>& vertices);
 
-/// Orthonormal trajectories b_k turned into weights in [0, 1] and the rows that take displacements D to shapes:
-/// D = sum_k b_k (b_k^T D) = sum_k w_k s_k + offset with w_k = (b_k - low_k) / range_k, s_k = range_k b_k^T D and
-/// offset = sum_k (low_k / range_k) s_k.
+/// Trajectories b_k, orthonormal over the frames that tell the shapes, turned into weights in [0, 1] and the rows that
+/// take these frames' displacements D to shapes: D = sum_k b_k (b_k^T D) = sum_k w_k s_k + offset with
+/// w_k = (b_k - low_k) / range_k, s_k = range_k b_k^T D and offset = sum_k (low_k / range_k) s_k.
 struct Weights {
   RowMajorMatrixF weights;           ///< padded frames x (1 + count); the first column, the offset's, is 1
-  RowMajorMatrixF inverse;           ///< padded count x padded frames: s = inverse * D
+  RowMajorMatrixF inverse;           ///< padded count x padded telling frames: s = inverse * D
   std::vector<float> offset_shares;  ///< low_k / range_k
   Eigen::Index count = 0;            ///< without the offset
 };
 
-Weights weightsFromBasis(const Eigen::MatrixXf& basis);
+/// `telling`: of the first rows of `basis`, over which its columns are orthonormal.
+Weights weightsFromBasis(const Eigen::MatrixXf& basis, Eigen::Index telling);
 
 /// Shapes of all vertices by `weights` into `shapes`, which holds zeros; squares of their largest errors.
 std::vector<float> fitAllVertices(const Fit& fit, const Weights& weights, RowMajorMatrixF& shapes);

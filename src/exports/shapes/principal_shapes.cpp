@@ -19,6 +19,21 @@ namespace {
 using Eigen::MatrixXf;
 
 constexpr Eigen::Index kSampledVertices = 250;
+/// Frames that tell the shapes: as many of a line and as many a second at least.
+constexpr double kFewestTelling = 200, kFewestTellingHz = 20;
+
+/// One of how many evenly spread frames, `rate_hz` of them a second, tells the shapes.
+std::size_t thinningOf(std::size_t frames, double rate_hz) {
+  return static_cast<std::size_t>(std::max(1.0, std::min(asReal(frames) / kFewestTelling, rate_hz / kFewestTellingHz)));
+}
+
+/// Places of all frames, those that tell the shapes first.
+std::vector<std::size_t> tellingFirst(std::size_t frames, std::size_t thinning) {
+  std::vector<std::size_t> order(frames);
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_partition(order.begin(), order.end(), [=](std::size_t frame) { return frame % thinning == 0; });
+  return order;
+}
 
 /// Displacements of evenly spread vertices that move, frames x (3 * count).
 MatrixXf sampledDisplacements(const Fit& fit) {
@@ -37,12 +52,18 @@ MatrixXf sampledDisplacements(const Fit& fit) {
   return displacements;
 }
 
-/// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories; their offset joins the
-/// first shape.
-void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalShapes& result,
+/// Weights of the fewest shapes that hold `trajectories` (fit.frames() x channels) in the first `telling` frames.
+Weights weightsOf(const Fit& fit, const MatrixXf& trajectories, Eigen::Index telling) {
+  const MatrixXf basis = trajectoryBasis(trajectories.topRows(telling), kSampleShare * fit.tolerance);
+  return weightsFromBasis(basisInAllFrames(basis, trajectories), telling);
+}
+
+/// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories in the first `telling`
+/// frames; their offset joins the first shape.
+void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, Eigen::Index telling, PrincipalShapes& result,
             std::vector<float>& errors) {
-  const Weights added = weightsFromBasis(trajectoryBasis(
-      residualOf(fit, result.weights, result.shapes, representatives(beyond, errors)), kSampleShare * fit.tolerance));
+  const Weights added =
+      weightsOf(fit, residualOf(fit, result.weights, result.shapes, representatives(beyond, errors)), telling);
   const Eigen::Map<const Eigen::RowVectorXf> offset_shares(added.offset_shares.data(), added.count);
   const auto weights = added.weights.topRows(fit.frames());
   const Eigen::Index before = result.shapes.rows();
@@ -51,7 +72,7 @@ void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalSh
     const std::size_t end = std::min(first + kRefinedAtOnce, beyond.size());
     const std::vector<Eigen::Index> vertices(beyond.begin() + signedIndex(first), beyond.begin() + signedIndex(end));
     MatrixXf residual = residualOf(fit, result.weights, result.shapes, vertices);
-    const MatrixXf shapes = added.inverse.topLeftCorner(added.count, fit.frames()) * residual;
+    const MatrixXf shapes = added.inverse.topLeftCorner(added.count, telling) * residual.topRows(telling);
     const Eigen::RowVectorXf offset = offset_shares * shapes;
     residual -= weights.rightCols(added.count) * shapes;
     residual.rowwise() -= offset;
@@ -89,7 +110,7 @@ void dropShapesOfAStillFace(PrincipalShapes& result) {
 void fitShapes(const Fit& fit, PrincipalShapes& result) {
   const MatrixXf sample = sampledDisplacements(fit);
   MOUTHPIECE_EXPECT(sample.allFinite());
-  Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
+  Weights weights = weightsOf(fit, sample, fit.tellingFrames());
   result.shapes.resize(1 + weights.count, fit.rest.cols());
   result.shapes.setZero();
   std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
@@ -97,8 +118,10 @@ void fitShapes(const Fit& fit, PrincipalShapes& result) {
   MOUTHPIECE_EXPECT(result.shapes.allFinite());
 
   const float allowed = fit.tolerance * fit.tolerance;
+  Eigen::Index telling = fit.tellingFrames();
   for (auto beyond = verticesBeyond(errors, allowed); !beyond.empty(); beyond = verticesBeyond(errors, allowed)) {
-    refine(fit, beyond, result, errors);
+    refine(fit, beyond, telling, result, errors);
+    telling = fit.frames();  // what is left in the others is told by themselves
   }
   result.weights.conservativeResize(fit.frames(), Eigen::NoChange);
   dropShapesOfAStillFace(result);
@@ -136,8 +159,17 @@ PrincipalShapes principalShapesOf(const FrameMaker& frames, std::span<const Eige
   const Eigen::RowVectorXf moving_rest = movingRest(result, rest);
   MOUTHPIECE_EXPECT(moving_rest.size() == frames.width);
   const double mm_per_unit = 1000 * metres_per_unit;
-  const HeldFrames held(frames, which, moving_rest, mm_per_unit, options.tolerance_mm);
-  fitShapes(held.fit(), result);
+  const double rate_hz = frames.frame_rate_hz * asReal(which.size()) / std::max(1.0, asReal(frames.frame_count));
+  const std::size_t thinning = thinningOf(which.size(), rate_hz);
+  const std::vector<std::size_t> order = tellingFirst(which.size(), thinning);
+  std::vector<Eigen::Index> ordered;
+  for (const std::size_t place : order) ordered.push_back(which[place]);
+  const HeldFrames held(frames, ordered, moving_rest, mm_per_unit, options.tolerance_mm);
+  fitShapes(held.fit(signedIndex((which.size() + thinning - 1) / thinning)), result);
+  RowMajorMatrixF weights(result.weights.rows(), result.weights.cols());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    weights.row(signedIndex(order[i])) = result.weights.row(signedIndex(i));
+  result.weights = std::move(weights);
   if (result.shapeCount() > 0) result.max_error_mm = result.max_error_mm * mm_per_unit + held.off_mm;
   return result;
 }

@@ -15,6 +15,9 @@ Eigen::MatrixXf leadingTrajectories(const Eigen::MatrixXf& trajectories, Eigen::
 /// `tolerance` from its projection in any frame. Columns orthonormal.
 Eigen::MatrixXf trajectoryBasis(const Eigen::MatrixXf& trajectories, float tolerance);
 
+/// `basis`, trajectoryBasis() of the first rows of `trajectories`, in all of them: in the others by least squares.
+Eigen::MatrixXf basisInAllFrames(const Eigen::MatrixXf& basis, const Eigen::MatrixXf& trajectories);
+
 /// Eight vertices over all frames, the unit that principalShapes() works in: it stays in the first cache.
 /// A row holds x of the eight, then y, then z. Row counts are padded to a multiple of kPanelRowBlock with zero rows.
 inline constexpr std::ptrdiff_t kPanelVertices = 8;

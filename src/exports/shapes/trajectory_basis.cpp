@@ -16,8 +16,8 @@ using Eigen::MatrixXf;
 
 /// More directions than asked for make the range finder's last ones good.
 constexpr Eigen::Index kOversampling = 8;
-/// Directions found at a time: what a clean line of three seconds needs.
-constexpr Eigen::Index kBlockCount = 64;
+/// Directions found at a time: two blocks are what a line of three seconds or more needs.
+constexpr Eigen::Index kBlockCount = 32;
 
 MatrixXf randomSigns(Eigen::Index rows, Eigen::Index columns) {
   std::mt19937 generator(20040601);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same shapes for the same animation
@@ -91,6 +91,20 @@ MatrixXf trajectoryBasis(const MatrixXf& trajectories, float tolerance) {
     residual = std::move(left);
   }
   return basis;
+}
+
+MatrixXf basisInAllFrames(const MatrixXf& basis, const MatrixXf& trajectories) {
+  constexpr double kLeastShare = 1e-12;  // of the strongest trajectory's square: one that nothing follows stays finite
+  const Eigen::Index others = trajectories.rows() - basis.rows();
+  MatrixXf all(trajectories.rows(), basis.cols());
+  all.topRows(basis.rows()) = basis;
+  if (others == 0 || basis.cols() == 0) return all;
+  const MatrixXf shapes = basis.transpose() * trajectories.topRows(basis.rows());
+  const MatrixXf products = shapes * trajectories.bottomRows(others).transpose();
+  Eigen::MatrixXd gram = (shapes * shapes.transpose()).cast<double>();
+  gram.diagonal().array() += kLeastShare * gram.diagonal().maxCoeff();
+  all.bottomRows(others) = solveSymmetric(std::move(gram), products.cast<double>()).transpose().cast<float>();
+  return all;
 }
 
 }  // namespace mouthpiece

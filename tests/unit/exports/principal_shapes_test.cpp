@@ -194,6 +194,18 @@ TEST(PrincipalShapes, AVertexThatGoesFarOnceInALineOfMinutesIsWithinTheTolerance
   EXPECT_LE(largestErrorMm(frames.all(), shapes), shapes.max_error_mm + kRoundingMm);
 }
 
+/// One frame in three tells a line's shapes; what happens between them is measured and held all the same.
+TEST(PrincipalShapes, WhatNoTellingFrameShowsIsWithinTheTolerance) {
+  const TalkingHead head = makeTalkingHead({.rings = 12, .segments = 16, .ripple_mm = 0.5});
+  for (const Eigen::Index odd_frame : {301, 302, 303}) {
+    const FrameMaker frames = longLine(head, 700, odd_frame);
+    const PrincipalShapes shapes = principalShapes(frames, head.mesh.vertices, kMetresPerMm);
+    ASSERT_EQ(shapes.frameCount(), frames.frame_count);
+    EXPECT_LE(shapes.max_error_mm, 0.09);
+    EXPECT_NEAR(largestErrorMm(frames.all(), shapes), shapes.max_error_mm, 0.002) << odd_frame;
+  }
+}
+
 TEST(PrincipalShapes, AFaceThatRestsForMinutesAndThenMovesOnceMoves) {
   TalkingHead head = makeTalkingHead({.rings = 6, .segments = 8});
   for (Eigen::Index f = 0; f < head.animation.positions.rows(); ++f)
@@ -209,6 +221,16 @@ TEST(PrincipalShapes, RefusesWhatIsNoNumber) {
   TalkingHead head = makeTalkingHead({.frames = 10});
   head.animation.positions(4, 100) = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(principalShapes(head.animation, head.mesh.vertices, kMetresPerMm), InternalError);
+}
+
+TEST(TrajectoryBasis, IsFoundInTheFramesThatDoNotTellIt) {
+  const Eigen::MatrixXf moves = Eigen::MatrixXf::Random(90, 4) * Eigen::MatrixXf::Random(4, 60);
+  const Eigen::MatrixXf basis = trajectoryBasis(moves.topRows(30), 1e-4F);
+  const Eigen::MatrixXf all = basisInAllFrames(basis, moves);
+  ASSERT_EQ(all.rows(), moves.rows());
+  EXPECT_TRUE(all.topRows(30) == basis);
+  EXPECT_LE((moves - all * (basis.transpose() * moves.topRows(30))).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_TRUE(basisInAllFrames(basis, moves.topRows(30)) == basis);
 }
 
 TEST(LeadingTrajectories, SpanALowRankMatrix) {
