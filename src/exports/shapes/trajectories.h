@@ -32,7 +32,7 @@ struct PanelKernels {
   void (*load_displacements)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
                              const float* rest, float* panel, float* largest_squared);
   /// The same in whole steps, to be held: steps[f] = (positions[f * row_stride] - rest) * steps_a_unit, rounded, no
-  /// further than 32,767. farthest (kPanelWidth): the most steps so far, NaN once a position was not finite.
+  /// further than 32,767. farthest (x y z of each vertex): the most steps so far, NaN once a position was not finite.
   void (*store_steps)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
                       float steps_a_unit, std::int16_t* steps, float* farthest);
   /// panel = step * steps; largest_squared[v] as of load_displacements.

@@ -102,28 +102,40 @@ MOUTHPIECE_INLINE typename Width::Shorts wholeSteps(typename Width::Lanes steps)
                                  typename Width::Shorts);
 }
 
+/// x y z x y z ... of eight vertices as x of all, y of all, z of all.
+MOUTHPIECE_INLINE void storeApart(const std::int16_t* together, std::int16_t* apart) {
+  const Shorts8 a = *reinterpret_cast<const UnalignedShorts8*>(together),
+                b = *reinterpret_cast<const UnalignedShorts8*>(together + 8),
+                c = *reinterpret_cast<const UnalignedShorts8*>(together + 16);
+  const Shorts8 x = __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, -1, -1);
+  const Shorts8 y = __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, -1, -1, -1);
+  const Shorts8 z = __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, -1, -1, -1);
+  *reinterpret_cast<UnalignedShorts8*>(apart) = __builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 10, 13);
+  *reinterpret_cast<UnalignedShorts8*>(apart + 8) = __builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 8, 11, 14);
+  *reinterpret_cast<UnalignedShorts8*>(apart + 16) = __builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 9, 12, 15);
+}
+
 template <typename Width>
 MOUTHPIECE_INLINE void storeSteps(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
                                   const float* rest, float steps_a_unit, std::int16_t* steps, float* farthest) {
-  typename Width::Lanes most[kPerRow<Width>];
-  for (int i = 0; i < kPerRow<Width>; ++i) load(farthest + i * Width::kCount, most[i]);
-  float row[kPanelWidth];
+  typename Width::Lanes most[kPerRow<Width>], at_rest[kPerRow<Width>];
+  for (int i = 0; i < kPerRow<Width>; ++i) {
+    load(farthest + i * Width::kCount, most[i]);
+    load(rest + i * Width::kCount, at_rest[i]);
+  }
+  std::int16_t row[kPanelWidth];
   for (std::ptrdiff_t f = 0; f < frames; ++f, steps += kPanelWidth) {
     const float* from = positions + f * row_stride;
-    for (std::ptrdiff_t v = 0; v < kPanelVertices; ++v) {
-      row[v] = from[3 * v] - rest[3 * v];
-      row[v + kPanelVertices] = from[3 * v + 1] - rest[3 * v + 1];
-      row[v + 2 * kPanelVertices] = from[3 * v + 2] - rest[3 * v + 2];
-    }
     for (int i = 0; i < kPerRow<Width>; ++i) {
       typename Width::Lanes lanes;
-      load(row + i * Width::kCount, lanes);
-      lanes *= steps_a_unit;
+      load(from + i * Width::kCount, lanes);
+      lanes = (lanes - at_rest[i]) * steps_a_unit;
       const typename Width::Lanes away = lanes > -lanes ? lanes : -lanes;
       most[i] = away > most[i] ? away : most[i];
       most[i] += lanes - lanes;  // a comparison would lose a NaN
-      *reinterpret_cast<typename Width::UnalignedShorts*>(steps + i * Width::kCount) = wholeSteps<Width>(lanes);
+      *reinterpret_cast<typename Width::UnalignedShorts*>(row + i * Width::kCount) = wholeSteps<Width>(lanes);
     }
+    storeApart(row, steps);
   }
   for (int i = 0; i < kPerRow<Width>; ++i) store(most[i], farthest + i * Width::kCount);
 }

@@ -111,6 +111,7 @@ std::optional<std::vector<bool>> unpackedUnseen(std::string_view packed, std::si
   const std::optional<std::string> bytes = inflatedStart(packed, frames * markers);
   if (!bytes) return std::nullopt;
   std::vector<bool> unseen(frames, false);
+  if (isZero(*bytes)) return unseen;  // as most takes are
   for (std::size_t i = 0; i < bytes->size(); ++i) {
     if ((*bytes)[i] != 0) unseen[i % frames] = true;
   }
