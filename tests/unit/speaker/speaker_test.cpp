@@ -133,8 +133,13 @@ TEST_F(Front, IsAsTheProgramIs) {
   const Performance line = speaker.perform("the time is now");
   const fs::path ours = scratch_.path() / "ours.c3d", theirs = scratch_.path() / "theirs.c3d";
   save(line, ours);
-  ASSERT_EQ(test::runProgram("synth", {"--text", "the time is now", "-o", theirs.string(), "--quiet"}).exit_code, 0);
+  std::vector<std::string> arguments{"--text", "the time is now", "-o", theirs.string(), "--quiet"};
+  ASSERT_EQ(test::runProgram("synth", arguments).exit_code, 0);
   EXPECT_TRUE(test::readAll(ours) == test::readAll(theirs)) << "the library's defaults are not the program's";
+  fs::remove(theirs);
+  arguments.insert(arguments.end(), {"--corpus", "sample"});
+  ASSERT_EQ(test::runProgram("synth", arguments).exit_code, 0);
+  EXPECT_TRUE(test::readAll(ours) == test::readAll(theirs)) << "the sample corpus has a name, too";
 }
 
 /// Words are recognised in US English alone; a recording in another language is heard by its phones.
