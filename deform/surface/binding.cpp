@@ -102,7 +102,7 @@ class Binder {
         triangle_sides_(triangleSides(control)),
         projector_(surface_, control, triangle_sides_),
         fates_(kinds_.size(), Fate::kOpen) {
-    face_piece_ = largestSkin();
+    face_piece_ = skinAtMarkers();
     binding_.patch.assign(kinds_.size(), -1);
     for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight})
       column->assign(kinds_.size(), 0.0F);
@@ -126,14 +126,16 @@ class Binder {
     return triangle_sides_[unsignedIndex(binding_.patch[v])];
   }
 
-  [[nodiscard]] std::uint32_t largestSkin() const {
-    std::map<std::uint32_t, std::size_t> sizes;
-    for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (isSkin(kinds_[v])) ++sizes[pieces_[v]];
+  /// The piece that most of the control surface lies on: a figure's hands may have more vertices than its face.
+  [[nodiscard]] std::uint32_t skinAtMarkers() const {
+    std::map<std::uint32_t, std::size_t> points;
+    for (std::size_t i = 0; i < control_.points.size(); ++i) {
+      if (control_.points[i].fixed) continue;
+      if (const auto at = topology_.nearestSkin(control_.rest.row(signedIndex(i)).transpose())) ++points[pieces_[*at]];
     }
-    const auto largest =
-        std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    return largest == sizes.end() ? 0 : largest->first;
+    const auto most = std::max_element(points.begin(), points.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    return most == points.end() ? 0 : most->first;
   }
 
   [[nodiscard]] bool isOnRing(const SurfaceFoot& foot) const {

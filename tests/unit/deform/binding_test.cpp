@@ -221,6 +221,25 @@ TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
   }
 }
 
+/// A figure's hands may have more vertices than its face, and hang together where they are folded.
+TEST(Binding, TheFaceIsThePieceThatTheMarkersLieOn) {
+  FaceMesh mesh = sampleFace().mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());
+  const auto count = static_cast<std::uint32_t>(sampleFace().skin_vertices + 100);
+  mesh.vertices.conservativeResize(first + count, 3);
+  for (std::uint32_t i = 0; i < count; ++i)
+    mesh.vertices.row(first + i) << static_cast<float>(i), static_cast<float>(i % 2) - 400, 0;
+  MeshPart hands;
+  hands.name = "hands";
+  hands.first_triangle = mesh.triangles.size();
+  hands.triangle_count = count - 2;
+  for (std::uint32_t i = first; i + 2 < first + count; ++i) mesh.triangles.push_back({i, i + 1, i + 2});
+  mesh.parts.push_back(hands);
+  const FaceBinding binding = bindFace(mesh, sampleControl());
+  EXPECT_TRUE(std::equal(sampleBinding().patch.begin(), sampleBinding().patch.end(), binding.patch.begin()));
+  EXPECT_EQ(std::count(binding.patch.begin() + first, binding.patch.end(), -1), std::ptrdiff_t{count});
+}
+
 /// A tuft of hair on the chin, modelled from the skin on: its roots are in the places of skin vertices.
 TEST(Binding, LoosePartsAreCarriedByTheirRootsWithoutTurning) {
   constexpr float kStandsOff_mm = 6;
