@@ -45,9 +45,10 @@ using Pixels = std::array<Vector2f, kWanted.size()>;
 
 /// Of pictures in which a face is looked for, and of those in which it is looked at, pixels.
 constexpr std::size_t kSearchSide = 320, kPictureSide = 512;
-/// Of the likely views those in which a whole figure's head is looked for: Y or Z up. It is in the upper share of it.
+/// Of the likely views those in which a whole figure's head is looked for: Y or Z up. It is in the upper share of it:
+/// a child's head is a fourth as high as the child, a grown person's an eighth.
 constexpr std::size_t kFigureViews = 8;
-constexpr float kHeadShare = 0.3F;
+constexpr std::array<float, 2> kHeadShares{0.3F, 0.17F};
 /// Of the mesh's size: a smaller part is not looked at.
 constexpr float kLeastFocus = 1e-3F;
 /// Of the distance of the outer eye corners: half the box round a face, how far the nose stands out at least, how far
@@ -149,8 +150,9 @@ class Onlooker {
   }
 
   /// As high as it is wide, around the middle of what is up there.
-  [[nodiscard]] Eigen::AlignedBox3f upperPart(const Matrix3f& view_from_mesh, const Eigen::AlignedBox3f& whole) const {
-    const float high = kHeadShare * whole.sizes().y(), floor = whole.max().y() - high / 2;
+  [[nodiscard]] Eigen::AlignedBox3f upperPart(const Matrix3f& view_from_mesh, float share) const {
+    const Eigen::AlignedBox3f whole = this->whole(view_from_mesh);
+    const float high = share * whole.sizes().y(), floor = whole.max().y() - high / 2;
     const VertexPositions seen = mesh_.vertices * view_from_mesh.transpose();
     Eigen::AlignedBox3f top;
     for (const Triangle& triangle : skin_.triangles()) {
@@ -306,11 +308,13 @@ std::optional<Sight> faceOfHead(Onlooker& onlooker, std::span<const std::uint32_
 /// A face on any side, seen from its front. What looks like one upside down is told from one by which stands out more.
 std::optional<Sight> anyFace(Onlooker& onlooker) {
   const std::vector<Matrix3f> views = likelyViews();
-  for (std::size_t i = 0; i < views.size() + kFigureViews; ++i) {
+  for (std::size_t i = 0; i < views.size() + kHeadShares.size() * kFigureViews; ++i) {
     const bool is_figure = i >= views.size();
-    const Matrix3f& view = views[is_figure ? i - views.size() : i];
-    const Eigen::AlignedBox3f whole = onlooker.whole(view);
-    const auto sight = onlooker.look(view, is_figure ? onlooker.upperPart(view, whole) : whole, kSearchSide);
+    const std::size_t figure = is_figure ? i - views.size() : 0;
+    const Matrix3f& view = views[is_figure ? figure % kFigureViews : i];
+    const auto sight = onlooker.look(
+        view, is_figure ? onlooker.upperPart(view, kHeadShares[figure / kFigureViews]) : onlooker.whole(view),
+        kSearchSide);
     if (!sight || !sight->isFace()) continue;
     const auto front = fromTheFront(onlooker, *sight);
     if (!front) continue;
