@@ -44,6 +44,9 @@ FaceMesh parseGlb(std::string_view bytes, std::string_view file, std::string_vie
 FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::string_view object = {});
 /// Splits a polygon into triangles that face as it does, along short diagonals; one with more than 64 corners as a fan.
 void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part);
+/// Makes one of triangles on the same vertices, as programs write them that draw each surface from both sides: of a
+/// part that side stays which faces away from the mesh's middle.
+void dropBacks(MeshSoup& soup);
 
 /// Sorts the triangles by part, drops empty parts and degenerate index triples, guesses kinds, splits teeth and gums
 /// into upper and lower. Throws InputError when there is no triangle.

@@ -73,6 +73,7 @@ class ObjParser {
     }
     refuseACutFile(number);
     if (colored_vertices_ != 0 && colored_vertices_ != soup_.vertexCount()) soup_.vertex_colors.clear();
+    dropBacks(soup_);
     return finishMesh(std::move(soup_), file_);
   }
 

@@ -184,6 +184,7 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
     }
     if (layout.has_colored_faces) body.skipLine();
   }
+  dropBacks(soup);
   return finishMesh(std::move(soup), file);
 }
 

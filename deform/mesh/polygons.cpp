@@ -1,12 +1,16 @@
-// Polygons into triangles.
+// Polygons into triangles, and what is drawn from both sides into one surface.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <map>
+#include <utility>
 
+#include "base/index.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
 namespace {
 
+using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 /// Ears of larger polygons are not looked for: they become a fan.
@@ -83,6 +87,58 @@ void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::
     return;
   }
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) add(0, k, k + 1);
+}
+
+void dropBacks(MeshSoup& soup) {
+  const auto placeOf = [&](std::uint32_t v) -> Vector3d {
+    return Eigen::Map<const Vector3f>(&soup.positions[3 * std::size_t{v}]).cast<double>();
+  };
+  std::vector<std::pair<Triangle, std::size_t>> by_corners;
+  Vector3d middle = Vector3d::Zero();
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    Triangle corners = soup.triangles[i];
+    for (const std::uint32_t v : corners) middle += placeOf(v) / (3 * asReal(soup.triangles.size()));
+    std::sort(corners.begin(), corners.end());
+    by_corners.emplace_back(corners, i);
+  }
+  std::sort(by_corners.begin(), by_corners.end());
+
+  /// Of a part: triangles and their backs, and six times the volume before the middle that the former enclose.
+  struct Doubled {
+    std::vector<std::size_t> firsts, backs;
+    double volume = 0;
+  };
+  std::map<std::uint32_t, Doubled> doubled;
+  std::vector<bool> is_dropped(soup.triangles.size(), false);
+  for (std::size_t k = 1, first = 0; k < by_corners.size(); ++k) {
+    if (by_corners[k].first != by_corners[first].first) {
+      first = k;
+      continue;
+    }
+    is_dropped[by_corners[k].second] = true;
+    const std::size_t i = by_corners[first].second;
+    const auto [a, b, c] = soup.triangles[i];
+    Triangle other = soup.triangles[by_corners[k].second];
+    std::rotate(other.begin(), std::find(other.begin(), other.end(), a), other.end());
+    if (k > first + 1 || other[1] == b) continue;
+    Doubled& part = doubled[soup.part_of_triangle[i]];
+    part.firsts.push_back(i);
+    part.backs.push_back(by_corners[k].second);
+    part.volume += (placeOf(a) - middle).dot((placeOf(b) - middle).cross(placeOf(c) - middle));
+  }
+  for (const auto& [number, part] : doubled) {
+    if (part.volume >= 0) continue;
+    for (const std::size_t i : part.firsts) is_dropped[i] = true;
+    for (const std::size_t i : part.backs) is_dropped[i] = false;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (is_dropped[i]) continue;
+    soup.triangles[kept] = soup.triangles[i];
+    soup.part_of_triangle[kept++] = soup.part_of_triangle[i];
+  }
+  soup.triangles.resize(kept);
+  soup.part_of_triangle.resize(kept);
 }
 
 }  // namespace mouthpiece

@@ -272,7 +272,7 @@ TEST(MeshFiles, OnlyAGlbHasObjectsToChooseFrom) {
 }
 
 TEST(OffReader, PassesOverColoursBehindTheCorners) {
-  const FaceMesh mesh = parseFaceMesh("OFF 3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 1\n", "a.off");
+  const FaceMesh mesh = parseFaceMesh("OFF 4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 255 0 0\n3 3 2 1\n", "a.off");
   EXPECT_EQ(mesh.triangles.size(), 2U);
 }
 

@@ -91,6 +91,21 @@ TEST(ObjReader, SplitsPolygonsAndSkipsDoubledCorners) {
   EXPECT_EQ(doubled.triangles.size(), 1U);
 }
 
+/// Programs that know no back of a face write it as a second one: the face finder saw a black head, and nothing was
+/// bound.
+TEST(ObjReader, MakesOneSurfaceOfOneThatIsDrawnFromBothSides) {
+  const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const std::string kOutward = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", kInward = "f 1 2 3\nf 4 2 1\nf 1 3 4\nf 2 4 3\n";
+  const std::vector<Triangle> once = parseObj(kObj, "a.obj").triangles;
+  EXPECT_EQ(parseObj(kCorners + kOutward + kInward, "a.obj").triangles, once);
+  EXPECT_EQ(parseObj(kCorners + kOutward + kOutward, "a.obj").triangles, once);
+  const FaceMesh back_first = parseObj(kCorners + "usemtl back\n" + kInward + "usemtl front\n" + kOutward, "a.obj");
+  EXPECT_EQ(back_first.triangles, once);
+  ASSERT_EQ(back_first.parts.size(), 1U);
+  EXPECT_EQ(back_first.parts[0].name, "front");
+  EXPECT_EQ(parseObj(kCorners + kInward, "a.obj").triangles.size(), 4U) << "what faces inwards by itself stays";
+}
+
 TEST(ObjReader, ReadsWindowsLineEndsTabsAndNoFinalNewline) {
   const FaceMesh mesh = parseObj("v\t0 0 0 \r\nv 1e0 0 0\r\nv 0 +1 0\r\nf 1//1 2//1 3//1", "a.obj");
   EXPECT_EQ(mesh.triangles.size(), 1U);
