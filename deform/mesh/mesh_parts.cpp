@@ -27,6 +27,7 @@ constexpr std::array kKindWords{
     KindWord{"denture", PartKind::kUpperTeeth}, KindWord{"saliva", PartKind::kUpperTeeth},
     KindWord{"lips", PartKind::kLips},          KindWord{"lip_", PartKind::kLips},
     KindWord{"mouth", PartKind::kMouthInside},  KindWord{"oral", PartKind::kMouthInside},
+    KindWord{"socks", PartKind::kOther},        KindWord{"stocking", PartKind::kOther},
     KindWord{"sock", PartKind::kMouthInside},   KindWord{"eye", PartKind::kEye},
     KindWord{"sclera", PartKind::kEye},         KindWord{"iris", PartKind::kEye},
     KindWord{"pupil", PartKind::kEye},          KindWord{"cornea", PartKind::kEye},

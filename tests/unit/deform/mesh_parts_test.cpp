@@ -16,6 +16,9 @@ TEST(PartKinds, AreToldByNames) {
   EXPECT_EQ(kindFromName("M_ScleraLeft"), PartKind::kEye);
   EXPECT_EQ(kindFromName("Tongue_01"), PartKind::kTongue);
   EXPECT_EQ(kindFromName("Mouth_inside"), PartKind::kMouthInside);
+  EXPECT_EQ(kindFromName("MouthSock"), PartKind::kMouthInside);
+  EXPECT_EQ(kindFromName("M_Socket"), PartKind::kMouthInside);
+  EXPECT_EQ(kindFromName("Socks"), PartKind::kOther) << "a figure's feet went with its jaw";
   EXPECT_EQ(kindFromName("long_hair"), PartKind::kHair);
   EXPECT_EQ(kindFromName("lambert1"), std::nullopt);
 }
