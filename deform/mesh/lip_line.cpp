@@ -40,6 +40,9 @@ constexpr double kAside = 0.3;
 constexpr double kOffLine = 2;
 /// Lips are one surface where fewer of the sections between the clicked corners show two.
 constexpr double kLeastParted = 0.4;
+/// And where they hang together no deeper behind their rims than this: speech opens a mouth by a fourth of its width,
+/// and the groove's walls would span it.
+constexpr double kGroove = 0.125;
 
 struct Rims {
   Vector2d upper, lower;
@@ -70,6 +73,7 @@ class Tracer {
     while (first > 0 && sections[first - 1].is_parted) --first;
     while (last + 1 < sections.size() && sections[last + 1].is_parted) ++last;
     if (sections[last].way - sections[first].way < kLeastParted) return welded(sections);
+    if (std::all_of(&sections[first], &sections[last] + 1, isGroove)) return welded(sections);
     smooth(sections, first, last);
     LipLine line = lineOf(sections, first, last);
     line.corner_right = cornerBeyond(sections[first], first > 0 ? sections[first - 1].way : sections[first].way);
@@ -211,6 +215,16 @@ class Tracer {
   static bool follows(const Rims& rims, const Rims& beside, double apart) {
     const double most = 0.04 + 3 * apart;
     return (rims.upper - beside.upper).norm() < most && (rims.lower - beside.lower).norm() < most;
+  }
+
+  /// Whether the lips hang together a little behind their rims, in one surface all the way.
+  static bool isGroove(const Section& section) {
+    if (!section.upper.joined || !section.upper.joins.empty()) return false;
+    const Rims& rims = section.rims;
+    const double deepest = std::min(rims.upper.x(), rims.lower.x()) - kGroove;
+    return std::none_of(section.upper.points.begin(), section.upper.points.end(), [&](const OutlinePoint& point) {
+      return point.way > rims.upper_way && point.way < *section.upper.joined - rims.lower_way && point.at.x() < deepest;
+    });
   }
 
   /// A rim that leaps out of the row between its neighbours is put back.

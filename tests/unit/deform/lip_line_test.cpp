@@ -32,7 +32,8 @@ enum class Make { kBag, kHole, kWalls, kWelded };
 struct MouthSheet {
   Make make = Make::kBag;
   double open = 0, smile = 0, step = 2;
-  double fold = 0;  ///< how deep a fold of skin lies at the lower lip's edge (below 0: at the upper one's)
+  double deep = 14;  ///< of the bag
+  double fold = 0;   ///< how deep a fold of skin lies at the lower lip's edge (below 0: at the upper one's)
 
   [[nodiscard]] double lineAt(double x) const { return smile * std::min(1.0, x * x / (kHalfMm * kHalfMm)); }
   [[nodiscard]] double openAt(double x) const {
@@ -91,10 +92,10 @@ struct MouthSheet {
       const double turn = 0.5 * 3.14159265 * i / kRound;
       half.emplace_back(x, middle + 0.5 * openAt(x) + 8 * (1 - std::sin(turn)), front - lip * (1 - std::cos(turn)));
     }
-    const double deep = make == Make::kWelded ? 0 : 14 * inside;
+    const double depth = make == Make::kWelded ? 0 : deep * inside;
     for (int i = 1; i <= 5; ++i) {  // the bag's or the wall's back
       const double up = make == Make::kWalls ? 4.0 * i : make == Make::kHole ? 0 : 0.6 * i;
-      const double back = make == Make::kWalls ? lip + 1 : lip + deep * i / 5;
+      const double back = make == Make::kWalls ? lip + 1 : lip + depth * i / 5;
       if (make == Make::kWelded || make == Make::kHole) break;
       half.emplace_back(x, middle + 0.5 * openAt(x) + up * inside, front - (inside > 0 ? back : lip));
     }
@@ -179,12 +180,28 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
   EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";
 }
 
+/// Open, its walls would be a sheet of skin between the lips.
+TEST_P(WeldedMouths, AGrooveBetweenTheLipsIsNoMouth) {
+  std::mt19937 random(GetParam());
+  const MouthSheet mouth{Make::kBag, 0, std::uniform_real_distribution<double>(-3, 3)(random), 2, 4};
+  const FaceMesh mesh = mouth.mesh();
+  const MouthHints hints = mouth.hints(random);
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(line);
+  EXPECT_FALSE(line->is_parted);
+  const FaceMesh cut = cutLips(mesh, *line).mesh;
+  const auto again =
+      traceLipLine(cut.vertices, trianglesOf(cut, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->is_parted);
+}
+
 /// A fold of skin where a lip ends may be a little deeper than the crease between the lips: the mouth is where the
 /// clicks have it between them.
 TEST_P(WeldedMouths, FoldsBesideTheLipsAreNoMouth) {
   std::mt19937 random(GetParam());
   for (const double fold : {-3.6, 3.6}) {
-    const MouthSheet mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 1, fold};
+    const MouthSheet mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 1, 14, fold};
     const FaceMesh mesh = mouth.mesh();
     const auto line = traceLipLine(mesh.vertices, mesh.triangles, mouth.hints(random));
     ASSERT_TRUE(line);
