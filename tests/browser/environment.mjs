@@ -55,7 +55,7 @@ export function listen(page, complaints, expected = /^(?!)/) {
 
 /// The page of a line, or a frame that shows one, is ready: its face is there.
 export async function untilFace(page) {
-  await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000, polling: 100 });
   await page.evaluate(() => window.mouthpiece.ready);
 }
 
