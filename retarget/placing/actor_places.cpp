@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -19,6 +20,10 @@ using Eigen::Vector3d;
 
 /// A head within this angle of a quarter turn was modelled that way and merely tilts.
 constexpr double kAskewDeg = 35;
+/// How far to the side it looks or leans is told better, by its two sides: beyond this its teeth would be put askew.
+constexpr double kAsideDeg = 10;
+
+double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 }  // namespace
 
@@ -99,8 +104,15 @@ Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor) {
     quarter(row, column) = upright(row, column) < 0 ? -1 : 1;
   }
   if (std::abs(quarter.determinant() - 1) > 0.5) return upright;
-  const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(upright * quarter.transpose())).angle();
-  return std::abs(angle) * 180 / std::numbers::pi < kAskewDeg ? quarter : upright;
+  if (std::abs(degrees(Eigen::AngleAxisd(Eigen::Matrix3d(upright * quarter.transpose())).angle())) >= kAskewDeg)
+    return upright;
+  if (degrees(std::acos(std::min(1.0, upright.row(0).dot(quarter.row(0))))) < kAsideDeg) return quarter;
+  // What it nods stays its own.
+  Eigen::Matrix3d ahead;
+  ahead.row(0) = upright.row(0);
+  ahead.row(2) = upright.row(0).cross(quarter.row(1)).normalized();
+  ahead.row(1) = ahead.row(2).cross(ahead.row(0));
+  return ahead;
 }
 
 }  // namespace mouthpiece

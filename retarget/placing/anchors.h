@@ -64,7 +64,8 @@ Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std
                          const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm);
 
 /// The turn that sets a mesh upright (Y up, Z out of the face), found from the anchors: the identity, quarter turns
-/// about the axes, or, for a head that stands askew, any rotation.
+/// about the axes, with a turn to the front for a head that looks or leans to a side, or, for one that stands askew,
+/// any rotation.
 Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor);
 
 /// Parts that are skin since most of the anchors of lips, nose and chin lie on them, whatever their names say: their

@@ -77,10 +77,21 @@ TEST_P(Laws, QuarterTurnsAreTakenAsTheyAre) {
         quarters;
   }
   const Eigen::Matrix3d exact = quarters.array().round().matrix();
-  const Eigen::Matrix3d tilt = Eigen::AngleAxisd(number(-0.4, 0.4), vector(1).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d nod = Eigen::AngleAxisd(number(-0.4, 0.4), Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Matrix3d lean = Eigen::AngleAxisd(number(-0.15, 0.15), vector(1).normalized()).toRotationMatrix();
   Similarity similarity;
-  similarity.turn = tilt * exact;
+  similarity.turn = exact * nod * lean;
   EXPECT_EQ(uprightFromMesh(similarity), exact.transpose()) << "a tilt is the head's own";
+}
+
+/// A posed figure looks over its shoulder: teeth are put into its mouth along its own Z, and lips leave them along it.
+TEST_P(Laws, HeadsThatLookAsideAreTurnedToTheFront) {
+  const double side = random_() % 2 == 0 ? -1 : 1;
+  const Eigen::Matrix3d looks = Eigen::AngleAxisd(side * number(0.2, 0.5), Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Matrix3d nod = Eigen::AngleAxisd(number(-0.2, 0.2), Eigen::Vector3d::UnitX()).toRotationMatrix();
+  Similarity similarity;
+  similarity.turn = looks * nod;
+  EXPECT_TRUE(uprightFromMesh(similarity).isApprox(looks.transpose(), 1e-9)) << "but a nod is the head's own";
 }
 
 TEST_P(Laws, UnitsComeFromTheHeadsSize) {
