@@ -137,7 +137,8 @@ def rows_of(face, bin_folder):
     rows = [[], []]
     for pose in POSES:
         time = next((t for t, name in phones if name.rstrip("012") == pose), None)
-        frame = vertices if time is None else frames[min(len(frames) - 1, round(60 * time))]
+        # A line begins at rest. The USD head is upright, the point cache turned as its file is.
+        frame = frames[0 if time is None else min(len(frames) - 1, round(60 * time))]
         for side in (0, 1):
             rows[side].append(draw(frame, triangles, colours, middle, width, side))
     return [numpy.concatenate(row, axis=1) for row in rows]
