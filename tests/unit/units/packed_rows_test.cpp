@@ -62,6 +62,21 @@ TEST(PackedPositions, TellWhichFramesWereNotWhollySeen) {
   EXPECT_FALSE(unpackedUnseen(packed, 10'000'000, 300'000)) << "no memory for what it cannot hold";
 }
 
+TEST(PackedPositions, TellThatAllWasSeenOrThatOneMarkerWasNot) {
+  const FloatMatrix positions = smoothMotion(300, 12);
+  const std::vector<bool> none(300, false);
+  EXPECT_EQ(unpackedUnseen(packedPositions(positions).value(), 300, 12), none);
+  for (const Eigen::Index marker : {0, 1, 3}) {
+    for (const Eigen::Index frame : {0, 1, 150, 299}) {
+      FloatMatrix seen = positions;
+      seen.block(frame, 3 * marker, 1, 3).setConstant(kUnseen);
+      std::vector<bool> unseen = none;
+      unseen[unsignedIndex(frame)] = true;
+      EXPECT_EQ(unpackedUnseen(packedPositions(seen).value(), 300, 12), unseen) << marker << " in frame " << frame;
+    }
+  }
+}
+
 TEST(PackedPositions, ReachAsFarAsAPositionMay) {
   FloatMatrix positions = FloatMatrix::Zero(400, 3);
   positions(100, 0) = 1e7F;
