@@ -244,21 +244,21 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   if (!hears_network_phones_) ear_.adaptTo(stretches);
   if (is_long) giveBackMemory();
   std::vector<HeardByEar> by_ear(said.size());  // of a long sound when each is heard, for memory
-  const auto hearFrom = [&](std::size_t first) {
-    for (std::size_t i = first; i < (is_long ? first : said.size()); ++i) by_ear[i] = hearByEar(stretches[i]);
+  const auto hearFrom = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) by_ear[i] = hearByEar(stretches[i]);
   };
-  hearFrom(0);
+  hearFrom(0, is_long ? 0 : said.size());
   const std::vector<std::vector<NetworkWord>> by_network =
       network.valid() ? network.get() : std::vector<std::vector<NetworkWord>>(said.size());
   if (has_network && is_long) options_.word_network->endWaiting();
   CollectedSpeech all;
   for (std::size_t i = 0; i < said.size(); ++i) {
-    if (is_long) by_ear[i] = hearByEar(stretches[i]);
+    if (is_long) hearFrom(i, i + 1);
     const bool hears_phones = hears_network_phones_;
     HeardPhones phones = by_ear[i].is_speaker ? HeardPhones() : phonesOf(said[i], heard);
     if (hears_phones && !hears_network_phones_) {  // the network has failed
       ear_.adaptTo(stretches);
-      hearFrom(i);
+      hearFrom(i, is_long ? i + 1 : said.size());
     }
     hearStretch(said[i], std::move(by_ear[i]), std::move(phones), by_network[i], all);
     to_hear.letGo();
