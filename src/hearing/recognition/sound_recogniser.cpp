@@ -65,7 +65,7 @@ class SoundRecogniser : public Recogniser {
   /// `phones`, `by_network`: the network's phones and words.
   void hearStretch(const Said& said, HeardByEar by_ear, HeardPhones phones, const std::vector<NetworkWord>& by_network,
                    CollectedSpeech& all);
-  void collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const;
+  void collectPhones(const UndecidedStretch& stretch, const WordsHeard* words, CollectedSpeech& all) const;
 
   RecogniserOptions options_;
   const Language& language_;
@@ -99,7 +99,8 @@ void collectWords(const WordsHeard& words, Seconds start, CollectedSpeech& all) 
   }
 }
 
-void SoundRecogniser::collectPhones(const Stretch& stretch, const WordsHeard* words, CollectedSpeech& all) const {
+void SoundRecogniser::collectPhones(const UndecidedStretch& stretch, const WordsHeard* words,
+                                    CollectedSpeech& all) const {
   const StretchHearing& hearing = stretch.phones();
   std::vector<HeardPhone> row = hearing.row();
   if (words != nullptr) {
@@ -183,15 +184,15 @@ void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, HeardPhon
     by_both.emplace(heardByBoth(posteriors, phones.leftCols(posteriors.cols()), noisiness_, *options_.language),
                     likeness_);
   }
-  Stretch stretch{.samples = said.samples,
-                  .clip = {SamplesToHear::kRateHz, {}},
-                  .span = {said.start, said.start + hearing.duration()},
-                  .is_noisy = noisiness_ > 0,
-                  .is_speaker = by_ear.is_speaker,
-                  .voice = std::move(by_ear.voice),
-                  .hearing = std::move(hearing),
-                  .by_network = std::move(phones),
-                  .by_both = std::move(by_both)};
+  UndecidedStretch stretch{.samples = said.samples,
+                           .clip = {SamplesToHear::kRateHz, {}},
+                           .span = {said.start, said.start + hearing.duration()},
+                           .is_noisy = noisiness_ > 0,
+                           .is_speaker = by_ear.is_speaker,
+                           .voice = std::move(by_ear.voice),
+                           .hearing = std::move(hearing),
+                           .by_network = std::move(phones),
+                           .by_both = std::move(by_both)};
   const bool is_noise = stretch.by_both && options_.hint.empty() && heardAsPhones(stretch.by_network) < kLeastPhones;
   if (is_noise) return all.passOver(stretch.span);
   if (!words_) {
@@ -201,7 +202,7 @@ void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, HeardPhon
     return collectPhones(stretch, nullptr, all);
   }
   for (const std::int16_t sample : said.samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
-  Decision decision = words_->decide(by_network, stretch);
+  WordDecision decision = words_->decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
   if (isNoSpeech(decision, stretch.phones())) return all.passOver(stretch.span);
   all.addStretch(stretch.span, decision.odds, stretch.hearing.heardFor());

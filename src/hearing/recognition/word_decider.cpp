@@ -77,7 +77,7 @@ bool WordDecider::mayBeKnown(const std::vector<NetworkWord>& by_network, bool is
   return lines_.inOrder(words) >= kLeastNearOrder;
 }
 
-std::optional<WordsHeard> WordDecider::wordsAs(std::string_view text, const Stretch& stretch) {
+std::optional<WordsHeard> WordDecider::wordsAs(std::string_view text, const UndecidedStretch& stretch) {
   if (text.empty()) return std::nullopt;
   WordsHeard heard;
   try {
@@ -100,7 +100,7 @@ std::optional<WordsHeard> WordDecider::wordsAs(std::string_view text, const Stre
   return heard;
 }
 
-double WordDecider::oddsOfKnown(const WordsHeard& words, const Stretch& stretch, double in_order) const {
+double WordDecider::oddsOfKnown(const WordsHeard& words, const UndecidedStretch& stretch, double in_order) const {
   if (has_hint_) return -std::numeric_limits<double>::infinity();
   if (stretch.is_speaker) return in_order < kLeastInOrder ? 0 : -std::numeric_limits<double>::infinity();
   return oddsOfCorpusWords(stretch.hearing.apartFrom(words.alignment.labels), words.word_odds, in_order);
@@ -109,7 +109,7 @@ double WordDecider::oddsOfKnown(const WordsHeard& words, const Stretch& stretch,
 namespace {
 
 /// Whether words of a model are taken, not the phones that are heard without them.
-bool areLikely(const ModelWords& words, const Stretch& stretch) {
+bool areLikely(const ModelWords& words, const UndecidedStretch& stretch) {
   const WordsHeard& heard = words.heard;
   if (stretch.is_speaker && !(words.by_network && words.odds < kNetworkTrusted))
     return heard.fit >= std::max(kWordsFit, kWordsAgainstPhones * stretch.hearing.fit()) &&
@@ -119,9 +119,9 @@ bool areLikely(const ModelWords& words, const Stretch& stretch) {
 
 }  // namespace
 
-Decision WordDecider::decide(const std::vector<NetworkWord>& by_network, const Stretch& stretch) {
+WordDecision WordDecider::decide(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch) {
   const StretchHearing& hearing = stretch.hearing;
-  Decision decision;
+  WordDecision decision;
   std::optional<WordsHeard>& best = decision.words;
   std::optional<ModelWords> found;
   double in_order = 0;
@@ -156,14 +156,14 @@ Decision WordDecider::decide(const std::vector<NetworkWord>& by_network, const S
 }
 
 std::optional<ModelWords> WordDecider::wordsByModels(const std::vector<NetworkWord>& by_network,
-                                                     const Stretch& stretch) {
+                                                     const UndecidedStretch& stretch) {
   std::optional<ModelWords> any = wordsByNetwork(by_network, stretch);
   if (any && (any->odds < kNetworkUnlikely || stretch.is_noisy)) return any;  // in noise the search adds nothing
   std::optional<ModelWords> searched = wordsBySearch(stretch);                // the network's would not be taken
   return !any || (searched && searched->odds < any->odds) ? searched : any;
 }
 
-std::optional<ModelWords> WordDecider::wordsBySearch(const Stretch& stretch) {
+std::optional<ModelWords> WordDecider::wordsBySearch(const UndecidedStretch& stretch) {
   const FoundWords found = search().hear(stretch.samples, stretch.voice);
   std::optional<WordsHeard> heard = wordsAs(textOf(found.words), stretch);
   if (!heard) return std::nullopt;
@@ -176,7 +176,8 @@ std::optional<ModelWords> WordDecider::wordsBySearch(const Stretch& stretch) {
   return words;
 }
 
-std::optional<ModelWords> WordDecider::wordsByNetwork(const std::vector<NetworkWord>& words, const Stretch& stretch) {
+std::optional<ModelWords> WordDecider::wordsByNetwork(const std::vector<NetworkWord>& words,
+                                                      const UndecidedStretch& stretch) {
   double sure = 0;
   for (const NetworkWord& word : words) sure += word.log_probability / asReal(words.size());
   std::optional<WordsHeard> heard = wordsAs(textOf(words), stretch);
@@ -189,7 +190,7 @@ std::optional<ModelWords> WordDecider::wordsByNetwork(const std::vector<NetworkW
   return found;
 }
 
-bool isNoSpeech(const Decision& decision, const StretchHearing& hearing) {
+bool isNoSpeech(const WordDecision& decision, const StretchHearing& hearing) {
   const bool are_said = decision.are_taken && (!decision.by_model || decision.words->word_odds >= 0);
   return hearing.heardFor() == 0 && !are_said;
 }

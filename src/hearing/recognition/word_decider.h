@@ -40,7 +40,7 @@ struct ModelWords {
 };
 
 /// What is heard of a stretch before it is known which words are taken.
-struct Stretch {
+struct UndecidedStretch {
   std::span<const std::int16_t> samples;  ///< 16 kHz
   AudioClip clip;                         ///< the same
   TimeSpan span;                          ///< on the sound's clock
@@ -54,7 +54,7 @@ struct Stretch {
 };
 
 /// The words that are taken for a stretch, if any, and the logarithm of the odds that much of them is wrong.
-struct Decision {
+struct WordDecision {
   std::optional<WordsHeard> words;
   bool are_taken = false;         ///< else phones are heard, by the words where they fit
   bool by_model = false;          ///< no hint's or corpus' words
@@ -64,7 +64,7 @@ struct Decision {
 
 /// Where nothing but silence is heard without words, words of a model that are less likely said than not are what it
 /// makes of noise: a network hears "you" in wind.
-bool isNoSpeech(const Decision& decision, const StretchHearing& hearing);
+bool isNoSpeech(const WordDecision& decision, const StretchHearing& hearing);
 
 /// Looks for the words of stretches: a hint's, a corpus' or a model's of the language
 /// (docs/theory/hearing/recognition.md). Not thread-safe.
@@ -74,7 +74,7 @@ class WordDecider {
   explicit WordDecider(const RecogniserOptions& options);
 
   /// `by_network`: the network's words of the stretch, if any.
-  Decision decide(const std::vector<NetworkWord>& by_network, const Stretch& stretch);
+  WordDecision decide(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch);
 
  private:
   /// PocketSphinx, from when it is first asked.
@@ -83,12 +83,12 @@ class WordDecider {
   [[nodiscard]] bool mayBeKnown(const std::vector<NetworkWord>& by_network, bool is_speaker) const;
   /// The logarithm of the odds that much of known lines' words is wrong, against a network's: a hint's words are meant,
   /// and of the corpus' speaker those that follow each other as in its lines.
-  [[nodiscard]] double oddsOfKnown(const WordsHeard& words, const Stretch& stretch, double in_order) const;
-  std::optional<WordsHeard> wordsAs(std::string_view text, const Stretch& stretch);
-  std::optional<ModelWords> wordsBySearch(const Stretch& stretch);
-  std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const Stretch& stretch);
+  [[nodiscard]] double oddsOfKnown(const WordsHeard& words, const UndecidedStretch& stretch, double in_order) const;
+  std::optional<WordsHeard> wordsAs(std::string_view text, const UndecidedStretch& stretch);
+  std::optional<ModelWords> wordsBySearch(const UndecidedStretch& stretch);
+  std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const UndecidedStretch& stretch);
   /// The likelier of both.
-  std::optional<ModelWords> wordsByModels(const std::vector<NetworkWord>& by_network, const Stretch& stretch);
+  std::optional<ModelWords> wordsByModels(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch);
 
   HearAs as_;
   bool has_hint_;
