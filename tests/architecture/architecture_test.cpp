@@ -27,6 +27,7 @@ TEST(Architecture, RoomsIncludeOneWay) { expectNone(house().circles()); }
 TEST(Architecture, OnlyProgramsTalk) { expectNone(house().talkingLibraries()); }
 TEST(Architecture, HeavyHeadersStayInside) { expectNone(house().heavyHeaders()); }
 TEST(Architecture, MainsAreInTheirPlace) { expectNone(house().misplacedMains()); }
+TEST(Architecture, TypesHaveNamesOfTheirOwn) { expectNone(house().typesOfOneName()); }
 
 }  // namespace
 }  // namespace mouthpiece::architecture

@@ -490,4 +490,27 @@ Lines House::misplacedMains() const {
   return lines;
 }
 
+Lines House::typesOfOneName() const {
+  static const std::regex space(R"(namespace ([\w:]*) ?\{)"),
+      definition(R"((?:struct|class) (\w+)(?: final)?(?: :.*)? ?\{.*)");
+  std::map<std::string, std::string> file_of;
+  Lines lines;
+  for (const auto& [path, source] : sources_) {
+    std::istringstream text(files_.at(path));
+    std::string line, before, named;
+    bool is_anonymous = false;
+    for (std::smatch found; std::getline(text, line); before = line) {
+      if (line == "}  // namespace") is_anonymous = false;
+      if (line == "namespace {") is_anonymous = true;
+      if (!is_anonymous && std::regex_match(line, found, space)) named = found[1];
+      if (is_anonymous || before.starts_with("template") || !std::regex_match(line, found, definition)) continue;
+      const std::string type = named + "::" + found[1].str();
+      const auto [known, is_new] = file_of.emplace(type, path);
+      if (!is_new && known->second != path)
+        lines.push_back(path + ": defines " + type + ", as " + known->second + " does");
+    }
+  }
+  return lines;
+}
+
 }  // namespace mouthpiece::architecture

@@ -48,6 +48,8 @@ class House {
   [[nodiscard]] std::vector<std::string> heavyHeaders() const;
   /// *_main.cpp of src/programs hold the mains, one each.
   [[nodiscard]] std::vector<std::string> misplacedMains() const;
+  /// No two files define a type of one name in one namespace: the linker would take the one's destructor for both.
+  [[nodiscard]] std::vector<std::string> typesOfOneName() const;
 
   [[nodiscard]] std::size_t roomCount() const { return targets_.size(); }
   [[nodiscard]] std::size_t includeCount() const;

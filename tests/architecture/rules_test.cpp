@@ -34,8 +34,9 @@ Files soundHouse() {
 Lines allBreaches(const Files& files) {
   const House house(files);
   Lines all;
-  for (const Lines& lines : {house.unlistedFiles(), house.headerBreaches(), house.linkBreaches(), house.circles(),
-                             house.talkingLibraries(), house.heavyHeaders(), house.misplacedMains()}) {
+  for (const Lines& lines :
+       {house.unlistedFiles(), house.headerBreaches(), house.linkBreaches(), house.circles(), house.talkingLibraries(),
+        house.heavyHeaders(), house.misplacedMains(), house.typesOfOneName()}) {
     all.insert(all.end(), lines.begin(), lines.end());
   }
   return all;
@@ -240,6 +241,17 @@ TEST(Rules, AMainOutOfPlace) {
   files = soundHouse();
   files["src/programs/play/list.cpp"] = "\nint main(int argc, char** argv) {}\n";
   expectOneBreach(House(files).misplacedMains(), "list.cpp: holds a main");
+}
+
+TEST(Rules, TwoTypesOfOneName) {
+  const std::string type = "struct Stretch {\n  int first;\n};\n", end = "}  // namespace mouthpiece\n";
+  Files files = soundHouse();
+  files["src/motion/clip.h"] += "namespace mouthpiece {\n" + type + end;
+  files["src/motion/clip.cpp"] += "namespace mouthpiece {\nnamespace {\n" + type + "}  // namespace\n" + end;
+  files["src/base/text.cpp"] += "namespace mouthpiece::text {\n" + type + end;
+  EXPECT_EQ(House(files).typesOfOneName(), Lines{});
+  files["src/base/text.h"] += "namespace mouthpiece {\n" + type + end;
+  expectOneBreach(House(files).typesOfOneName(), "defines mouthpiece::Stretch, as src/base/text.h does");
 }
 
 }  // namespace
