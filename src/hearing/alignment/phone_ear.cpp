@@ -41,7 +41,8 @@ struct PhoneEar::State {
   /// Whether the learnt speaker says these features.
   [[nodiscard]] bool isHis(const Eigen::MatrixXf& features);
   /// The scorer that knows a sound best.
-  SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
+  SenoneScorer& fittest(std::span<const std::int16_t> samples, std::span<const std::int16_t> around,
+                        const Eigen::MatrixXf& features);
   // Of a sound that goes on:
   std::vector<std::vector<std::int16_t>> said = {};  ///< by the speaker, with his level and microphone
   /// The mean that such a sound begins with.
@@ -113,6 +114,8 @@ namespace {
 /// A speaker's model fits his own frames so many nats better for each strangeness that they have; other voices' less
 /// (docs/theory/hearing/recognition.md).
 constexpr double kSameVoice = 0.3;
+/// Of fewer frames nobody can tell whose they are.
+constexpr Eigen::Index kKnownBy = 100;
 
 }  // namespace
 
@@ -121,11 +124,12 @@ bool PhoneEar::State::isHis(const Eigen::MatrixXf& features) {
                            kSameVoice * discriminant.strangenessOf(features);
 }
 
-SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
-  is_speaker = isHis(features);
+SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, std::span<const std::int16_t> around,
+                                       const Eigen::MatrixXf& features) {
+  is_speaker = isHis(of_speaker && features.cols() < kKnownBy ? decoder.featuresOf(around) : features);
   SenoneScorer& scorer = is_speaker ? *of_speaker : decoder.scorer();
   in_noise.reset();
-  is_noisy = noisinessOf(samples) > 0;
+  is_noisy = noisinessOf(around) > 0;
   if (!is_noisy) return scorer;
   const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
   if (!isSteady(columns)) return scorer;
@@ -194,10 +198,10 @@ void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches)
   }
 }
 
-Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
+Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples, std::span<const std::int16_t> around) {
   const Eigen::MatrixXf features = state_->decoder.featuresOf(samples);
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
-  SenoneScorer& scorer = state_->fittest(samples, features);
+  SenoneScorer& scorer = state_->fittest(samples, around.empty() ? samples : around, features);
   // Another may speak here than where the voice was learnt: then the sound is no likelier by it.
   state_->is_by_voice = !state_->is_speaker && !state_->is_noisy && !state_->of_recording.isNone() &&
                         fitOf(scorer.model(), state_->of_recording(features)) + state_->of_recording.logStretch() >

@@ -41,9 +41,10 @@ class PhoneEar {
   /// not the learnt speaker's is heard by it from then on, where that is likelier. Of no stretches: no voice is known.
   void adaptTo(std::span<const std::span<const std::int16_t>> stretches);
 
-  /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. A noisy sound is heard by the
-  /// model in its noise (adaptedToNoise).
-  Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
+  /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. `around`: they and what lies
+  /// around them, if anything does, which tells whether they are noisy, and who speaks where they are short. A noisy
+  /// sound is heard by the model in its noise (adaptedToNoise).
+  Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples, std::span<const std::int16_t> around = {});
   /// Whether the sound that posteriors() heard last was taken to be the learnt speaker's.
   [[nodiscard]] bool knowsSpeaker() const;
   /// How that sound's voice was heard: none where the speaker is known, in noise, and where the sound is no

@@ -12,6 +12,8 @@ namespace {
 
 /// What a network gets of the sound around a stretch: a word's beginning may lie below what is found as speech.
 constexpr Seconds kMargin = 0.2;
+/// So much on either side tells what noise a stretch is said in: a short word alone has no pause.
+constexpr Seconds kToJudge = 2.0;
 
 /// Where a network hears phones, with pauses up to findSpeech()'s; of kLongestStretch at most each.
 std::vector<TimeSpan> heardSpans(const HeardPhones& heard) {
@@ -97,7 +99,8 @@ std::vector<Said> whatIsSaid(std::span<const std::int16_t> samples, const std::v
     const Seconds before = i > 0 ? spans[i - 1].end : 0;
     const Seconds after = i + 1 < spans.size() ? spans[i + 1].start : asReal(samples.size()) / SamplesToHear::kRateHz;
     said.push_back({span.start, samplesOf(span.start, span.end),
-                    samplesOf(std::max(before, span.start - kMargin), std::min(after, span.end + kMargin))});
+                    samplesOf(std::max(before, span.start - kMargin), std::min(after, span.end + kMargin)),
+                    samplesOf(span.start - kToJudge, span.end + kToJudge)});
   }
   return said;
 }

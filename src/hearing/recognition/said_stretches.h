@@ -17,10 +17,11 @@ Seconds heardAsPhones(const HeardPhones& heard);
 /// (hearPhones()): noise covers what is said softly. Speech that touches is one stretch, of kLongestStretch at most.
 std::vector<SoundStretch> withHeardSpeech(std::vector<SoundStretch> stretches, const HeardPhones& heard);
 
-/// A stretch of a sound, and with what lies around it.
+/// A stretch of a sound.
 struct Said {
   Seconds start = 0;
-  std::span<const std::int16_t> samples, with_margins;
+  /// With a little of what lies around it that nobody says; with two seconds on either side, whatever they are.
+  std::span<const std::int16_t> samples, with_margins, around;
 };
 
 /// What is said in a sound, 16 kHz, whose `stretches` findSpeech() found: those of speech that lie no farther apart

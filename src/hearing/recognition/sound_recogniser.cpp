@@ -54,7 +54,7 @@ class SoundRecogniser : public Recogniser {
   HeardSpeech hear(AudioClip audio, std::string_view name) override;
 
  private:
-  [[nodiscard]] HeardByEar hearByEar(std::span<const std::int16_t> samples);
+  [[nodiscard]] HeardByEar hearByEar(const Said& said);
   /// The network's words of each stretch of `to_hear`; none where it fails, which `heard` then tells.
   std::vector<std::vector<NetworkWord>> networkWords(std::span<const std::span<const std::int16_t>> stretches,
                                                      const SamplesToHear& to_hear, HeardSpeech& heard) const;
@@ -77,8 +77,8 @@ class SoundRecogniser : public Recogniser {
   HeardPhones phones_of_all_;  ///< the network's of the whole sound; none where it is long, or not noisy
 };
 
-HeardByEar SoundRecogniser::hearByEar(std::span<const std::int16_t> samples) {
-  Eigen::MatrixXf posteriors = ear_.posteriors(samples);
+HeardByEar SoundRecogniser::hearByEar(const Said& said) {
+  Eigen::MatrixXf posteriors = ear_.posteriors(said.samples, said.around);
   return {std::move(posteriors), ear_.knowsSpeaker(), ear_.voice()};
 }
 
@@ -246,7 +246,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   if (is_long) giveBackMemory();
   std::vector<HeardByEar> by_ear(said.size());  // of a long sound when each is heard, for memory
   const auto hearFrom = [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) by_ear[i] = hearByEar(stretches[i]);
+    for (std::size_t i = first; i < end; ++i) by_ear[i] = hearByEar(said[i]);
   };
   hearFrom(0, is_long ? 0 : said.size());
   const std::vector<std::vector<NetworkWord>> by_network =

@@ -6,6 +6,7 @@
 
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/samples_to_hear.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -115,23 +116,74 @@ double heardShare(PhoneEar& ear, const SpokenLine& line) {
 
 constexpr double kBetter = 0.05;
 
-/// A speaker who was learnt from is heard better, and another no worse.
-TEST(PhoneEar, HearsASpeakerBetterWhoWasLearntFrom) {
-  const auto speaker = makeVoice("espeak:en-gb"), other = makeVoice("flite:slt");
-  std::vector<LabelledSound> learnt;
+/// Eight lines of a speaker.
+std::vector<LabelledSound> linesOf(Voice& speaker) {
+  std::vector<LabelledSound> lines;
   for (const char* text :
        {"bring the blue boat back before many people come", "my mother may move the pump by the pond",
         "nine men never knew the tune", "five very brave foxes live above the valley", "put the paper cup upon the map",
         "the cat could not keep the key", "some boys hope for a warm summer", "we know that moon and man are one"}) {
-    SpokenLine line = speaker->speak(text);
-    learnt.push_back({line.audio, line.labels});
+    SpokenLine line = speaker.speak(text);
+    lines.push_back({std::move(line.audio), std::move(line.labels)});
   }
+  return lines;
+}
+
+/// A speaker who was learnt from is heard better, and another no worse.
+TEST(PhoneEar, HearsASpeakerBetterWhoWasLearntFrom) {
+  const auto speaker = makeVoice("espeak:en-gb"), other = makeVoice("flite:slt");
   PhoneEar plain, knowing;
-  knowing.learn(learnt);
+  knowing.learn(linesOf(*speaker));
   const std::string unheard = "maybe nobody came to the pump by noon";
   const SpokenLine line = speaker->speak(unheard), of_other = other->speak(unheard);
   EXPECT_GT(heardShare(knowing, line), heardShare(plain, line) + kBetter);
   EXPECT_EQ(heardShare(knowing, of_other), heardShare(plain, of_other));
+}
+
+std::span<const std::int16_t> partOf(const std::vector<std::int16_t>& samples, const TimeSpan& span) {
+  const auto sampleAt = [](Seconds time) { return static_cast<std::size_t>(SamplesToHear::kRateHz * time); };
+  return std::span(samples).subspan(sampleAt(span.start), sampleAt(span.duration()));
+}
+
+/// A word alone has no pause, as if all of it were said in noise; the line around it knows that it is not.
+TEST(PhoneEar, HearsAWordByTheSilenceAroundIt) {
+  const auto voice = makeVoice("flite:kal16");
+  PhoneEar ear;
+  double alone = 0, in_line = 0;
+  for (const char* text : {"some boys hope for a warm summer", "five very brave foxes live above the valley"}) {
+    const SpokenLine line = voice->speak(text);
+    const std::vector<std::int16_t> samples = samplesToHear(line.audio);
+    ASSERT_EQ(noisinessOf(samples), 0);
+    for (const LabelledWord& word : line.labels.words) {
+      const TimeSpan span = line.labels.spanOf(word.phones);
+      const auto rightIn = [&](const Eigen::MatrixXf& heard) {
+        double sum = 0;
+        for (Eigen::Index t = 0; t < heard.cols(); ++t) {
+          for (const LabelledPhone& phone : line.labels.phones) {
+            if (phone.span.contains(span.start + kEarShift + (asReal(t) + 0.5) * kEarStep))
+              sum += double{heard(static_cast<Eigen::Index>(phone.phone), t)};
+          }
+        }
+        return sum;
+      };
+      alone += rightIn(ear.posteriors(partOf(samples, span)));
+      in_line += rightIn(ear.posteriors(partOf(samples, span), samples));
+    }
+  }
+  EXPECT_GT(in_line, 1.05 * alone);
+}
+
+/// Some tenths of a second do not tell who says them.
+TEST(PhoneEar, KnowsItsSpeakerByWhatLiesAroundAWord) {
+  const auto speaker = makeVoice("espeak:en-gb");
+  PhoneEar ear;
+  ear.learn(linesOf(*speaker));
+  const SpokenLine line = speaker->speak("maybe nobody came to the pump by noon");
+  const std::vector<std::int16_t> samples = samplesToHear(line.audio);
+  for (const LabelledWord& word : line.labels.words) {
+    ear.posteriors(partOf(samples, line.labels.spanOf(word.phones)), samples);
+    EXPECT_TRUE(ear.knowsSpeaker()) << word.text;
+  }
 }
 
 }  // namespace
