@@ -4,14 +4,14 @@ import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { expectFits, launchBrowser, listen, prepareFolders, runChecks, untilFace } from './environment.mjs';
+import { expectFits, launchBrowser, listen, openPage, prepareFolders, runChecks, untilFace } from './environment.mjs';
 
 const [pageFile, synth, scratch, screenshotStem] = process.argv.slice(2);
 prepareFolders(scratch, screenshotStem);
 
 const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
 const complaints = [];
-const page = await browser.newPage({ viewport: { width: 1280, height: 1100 }, colorScheme: 'light', acceptDownloads: true });
+const page = await openPage(browser, { viewport: { width: 1280, height: 1100 }, acceptDownloads: true });
 listen(page, complaints);
 await page.goto(pathToFileURL(resolve(pageFile)).href);
 await untilFace(page);

@@ -4,7 +4,7 @@ import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, prepareFolders, runChecks, untilFace } from './environment.mjs';
+import { launchBrowser, listen, openPage, prepareFolders, runChecks, untilFace } from './environment.mjs';
 
 const TEXT = 'the time is now';
 const NEAR_MM = 0.01;
@@ -37,7 +37,7 @@ function madeBySynth(edits, name) {
 
 const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
 const complaints = [];
-const page = await browser.newPage({ viewport: { width: 1280, height: 1100 }, colorScheme: 'light', acceptDownloads: true });
+const page = await openPage(browser, { viewport: { width: 1280, height: 1100 }, acceptDownloads: true });
 listen(page, complaints);
 await page.goto(pathToFileURL(resolve(join(scratch, 'view.html'))).href);
 await untilFace(page);

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { expectFits, launchBrowser, listen, skip } from './environment.mjs';
+import { expectFits, launchBrowser, listen, openPage, skip } from './environment.mjs';
 
 const [, , pageFile, reportFile, screenshotStem] = process.argv;
 if (!pageFile || !reportFile || !screenshotStem) {
@@ -18,7 +18,7 @@ const browser = await launchBrowser();
 const complaints = [];
 let failed = false;
 try {
-  const page = await browser.newPage({ viewport: { width: 1160, height: 1500 } });
+  const page = await openPage(browser, { viewport: { width: 1160, height: 1500 } });
   listen(page, complaints);
   page.on('request', (request) => request.url().startsWith('file:') || complaints.push(`asks for ${request.url()}`));
   await page.goto(pathToFileURL(resolve(pageFile)).href);

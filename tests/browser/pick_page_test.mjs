@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, skip } from './environment.mjs';
+import { launchBrowser, listen, openPage, skip } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -24,7 +24,7 @@ const browser = await launchBrowser();
 const complaints = [];
 let failed = false;
 try {
-  const page = await browser.newPage({ viewport: { width: 1200, height: 900 } });
+  const page = await openPage(browser, { viewport: { width: 1200, height: 900 } });
   listen(page, complaints);
   await page.goto(pathToFileURL(resolve(pageFile)).href);
   await page.waitForFunction(() => window.picker, null, { timeout: 60000 });

@@ -6,7 +6,7 @@ import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, prepareFolders, requireFromViewer, runChecks, skip, untilFace } from './environment.mjs';
+import { launchBrowser, listen, openPage, prepareFolders, requireFromViewer, runChecks, skip, untilFace } from './environment.mjs';
 
 const [head, anchors, corpus, retarget, synth, scratch, screenshotStem] = process.argv.slice(2);
 const missing = [head, anchors, corpus].find((file) => !existsSync(file));
@@ -58,7 +58,7 @@ function run(program, args) {
 
 const browser = await launchBrowser();
 const complaints = [];
-const page = await browser.newPage({ viewport: { width: 1000, height: 800 }, colorScheme: 'light' });
+const page = await openPage(browser, { viewport: { width: 1000, height: 800 } });
 listen(page, complaints);
 
 /** Shares of the canvas that are green and that are not the paper behind the head. */

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
-import { endServer, expectFits, launchBrowser, listen, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
+import { endServer, expectFits, launchBrowser, listen, openPage, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
 
 const [synth, scratch, screenshotStem] = process.argv.slice(2);
 prepareFolders(scratch, screenshotStem);
@@ -15,7 +15,7 @@ const complaints = [];
 const requests = [];
 
 async function openDesk() {
-  const page = await browser.newPage({ viewport: { width: 1360, height: 880 }, deviceScaleFactor: 0.5, colorScheme: 'light' });
+  const page = await openPage(browser, { viewport: { width: 1360, height: 880 } });
   listen(page, complaints, /status of 400/);
   page.on('request', (request) => requests.push(request.url()));
   await page.goto(server.address);

@@ -2,7 +2,7 @@
 // on the page.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { launchBrowser } from './environment.mjs';
+import { launchBrowser, openPage } from './environment.mjs';
 import { ffmpeg, judged, promptOf } from './studio_server.mjs';
 
 /** Chromium's options for devices that loop: the speaker rests, says the sentence, rests. `camera`, `microphone`: what
@@ -19,7 +19,7 @@ export function fakeDevices(clip, scratch, { camera, microphone, rate = 25, name
 /** A browser with the studio's page. What the page asks of others than the server, and what it throws, are complaints. */
 export async function openStudioPage(server, devices, complaints, before = () => {}) {
   const browser = await launchBrowser(devices);
-  const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, colorScheme: 'light' });
+  const page = await openPage(browser, { viewport: { width: 1280, height: 900 } });
   page.setDefaultTimeout(120000);  // beside a camera and a tracker a loaded machine is slow
   const origin = new URL(server.address).origin;
   page.on('pageerror', (error) => complaints.push(error.message));

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { expectFits, launchBrowser, listen, runChecks, skip, untilFace } from './environment.mjs';
+import { drawn, expectFits, launchBrowser, listen, openPage, runChecks, skip, untilFace } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -18,8 +18,8 @@ const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required
 const complaints = [];
 const requests = [];
 
-async function openPage() {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 860 }, colorScheme: 'light' });
+async function openLine() {
+  const page = await openPage(browser, { viewport: { width: 1280, height: 860 } });
   listen(page, complaints);
   page.on('dialog', (dialog) => { complaints.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
   page.on('request', (request) => requests.push(request.url()));
@@ -62,7 +62,6 @@ function correlation(a, b) {
 
 /** A small picture of the view, to see whether it changed. */
 const viewPicture = (page) => page.locator('#view').screenshot().then((png) => png.toString('base64'));
-const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 const checks = {
   async 'opens from disk and fetches nothing'(page) {
@@ -315,4 +314,4 @@ const checks = {
 };
 
 mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
-await runChecks(checks, await openPage(), () => browser.close());
+await runChecks(checks, await openLine(), () => browser.close());

@@ -12,6 +12,8 @@ import { materialFor } from './materials.js';
 const FIELD_OF_VIEW_DEG = 24;
 /** Pixels along an edge of the cube of light around the face. */
 const ENVIRONMENT_SIZE = 64;
+/** Share of a turn's rest that each picture takes where 60 are drawn a second. */
+const DAMPING = 0.12;
 /** A little from the side: a face seen square on looks flat. */
 const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
 
@@ -54,7 +56,6 @@ export class Stage {
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.01, 20);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
-    this.controls.dampingFactor = 0.12;
     this.controls.enablePan = false;
     this.controls.addEventListener('change', () => this.invalidate());
     this.meshes = [];
@@ -177,6 +178,7 @@ export class Stage {
   }
 
   setWireframe(on) {
+    this.isWireframe = on;
     for (const mesh of this.meshes) mesh.material.wireframe = on;
     this.invalidate();
   }
@@ -187,8 +189,11 @@ export class Stage {
 
   /** Draws when something changed: quickly while it moves, at full quality when it stands still. */
   render() {
-    this.controls.update();
     const now = performance.now();
+    // A turn's rest is over in the same time however few pictures are drawn.
+    this.controls.dampingFactor = 1 - (1 - DAMPING) ** ((60 * (now - (this.lookedAt ?? now))) / 1000);
+    this.lookedAt = now;
+    this.controls.update();
     if (this.needsRender) {
       this.needsRender = false;
       this.#watchSpeed(now);
@@ -213,7 +218,7 @@ export class Stage {
   #draw({ share, shadows }) {
     const ratio = share * Math.min(window.devicePixelRatio, 2);
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
-    if (this.key) this.key.castShadow = shadows;
+    if (this.key) this.key.castShadow = shadows && !this.isWireframe;
     this.renderer.render(this.scene, this.camera);
   }
 
