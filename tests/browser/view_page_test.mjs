@@ -166,6 +166,18 @@ const checks = {
     assert.equal(await page.evaluate(() => mouthpiece.playing), true);
     await page.keyboard.press(' ');
     assert.equal(await page.evaluate(() => mouthpiece.playing), false);
+    // Between its end and its beginning a line that loops does not stand: a key that is to pause it would start it there.
+    const stops = await page.evaluate(async () => {
+      mouthpiece.seek(mouthpiece.duration - 0.1);
+      await mouthpiece.play();
+      let count = 0;
+      const button = document.getElementById('play');
+      new MutationObserver(() => { count += button.getAttribute('aria-label') === 'Play' ? 1 : 0; }).observe(button, { attributeFilter: ['aria-label'] });
+      while (mouthpiece.time > mouthpiece.duration / 2) await new Promise((done) => setTimeout(done, 20));
+      return count;
+    });
+    assert.equal(stops, 0);
+    await page.evaluate(() => mouthpiece.pause());
     await page.locator('#loop').click();
     // Stopped before its first sound: not an error (the browser rejects the start then).
     await page.evaluate(() => {

@@ -7,16 +7,13 @@ export class SoundClock extends EventTarget {
   constructor(wav, duration) {
     super();
     this.duration = duration;
-    this.loop = false;
     this.audio = new Audio(URL.createObjectURL(new Blob([wav], { type: 'audio/wav' })));
     this.audio.preload = 'auto';
     this.heard = { time: 0, at: 0 };
     this.told = 0;
-    this.audio.addEventListener('ended', () => this.#ended());
-    for (const name of ['play', 'pause', 'ratechange']) {
+    for (const name of ['play', 'pause', 'ratechange', 'seeked', 'ended']) {
       this.audio.addEventListener(name, () => this.dispatchEvent(new Event('change')));
     }
-    this.audio.addEventListener('seeked', () => this.dispatchEvent(new Event('change')));
   }
 
   get playing() {
@@ -41,6 +38,15 @@ export class SoundClock extends EventTarget {
 
   set speed(rate) {
     this.audio.playbackRate = rate;
+  }
+
+  get loop() {
+    return this.audio.loop;
+  }
+
+  /** The element begins again by itself: where it ended and told so first, a pause between the two was lost. */
+  set loop(on) {
+    this.audio.loop = on;
   }
 
   /** 0 to 1. */
@@ -70,14 +76,6 @@ export class SoundClock extends EventTarget {
     this.heard = { time: target, at: performance.now() / 1000 };
     this.told = target;
     this.audio.currentTime = target;
-    this.dispatchEvent(new Event('change'));
-  }
-
-  #ended() {
-    if (this.loop) {
-      this.audio.currentTime = 0;
-      this.#start();
-    }
     this.dispatchEvent(new Event('change'));
   }
 
