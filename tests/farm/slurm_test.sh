@@ -4,7 +4,7 @@
 set -u
 synth=$1
 script=$2
-lines=${3:-400}
+lines=${3:-160}
 tasks=8
 for program in munged slurmctld slurmd sbatch scontrol squeue; do
   command -v "$program" >/dev/null 2>&1 || PATH=$PATH:/usr/sbin
@@ -70,6 +70,8 @@ AccountingStorageType=accounting_storage/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SchedulerType=sched/builtin
+# What is requeued is looked at once a minute otherwise.
+SchedulerParameters=sched_interval=2
 MpiDefault=none
 ReturnToService=2
 NodeName=$host NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
