@@ -36,7 +36,7 @@ const checks = {
     await page.keyboard.press('e');
     assert.equal(await page.locator('#editor').isVisible(), false);
     await page.keyboard.press('e');
-    await page.screenshot({ path: `${screenshotStem}_open.png`, fullPage: true });
+    await page.screenshot({ path: `${screenshotStem}_open.png` });
   },
 
   async 'a key on Strength is seen on the face at once, and undone'() {

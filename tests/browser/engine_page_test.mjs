@@ -92,7 +92,7 @@ const checks = {
     const after = await Promise.all(phones.map(({ start_s: start }) => weights(Math.floor(start * 60))));
     assert.ok(after.some((each, i) => each.some((weight, k) => Math.abs(weight - before[i][k]) > 0.02)), 'the face shown moved');
     assert.match(await page.locator('#edit-state').textContent(), /has all your changes/);
-    await page.screenshot({ path: `${screenshotStem}.png`, fullPage: true });
+    await page.screenshot({ path: `${screenshotStem}.png` });
   },
 
   async 'a fragment from elsewhere, likewise'() {

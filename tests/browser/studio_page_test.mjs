@@ -75,6 +75,7 @@ assert.equal(readdirSync(join(me, 'incoming')).length + readdirSync(join(me, 'vi
 // --- Two browsers at once see one session; what one says the other shows.
 const second = await openStudio();
 await rowOf(second.page, sentence).getByText('✓').waitFor();
+await page.reload();  // without its camera: two at once are more than two cores can follow
 await turnOn(second.page);
 const wrong = await sayUntilWhole(second.page, otherSentence);
 assert.equal(wrong.state, 'again');
@@ -99,6 +100,7 @@ for (let i = 0; ; ++i) {
 await page.screenshot({ path: `${screenshotStem}.line.png` });
 
 // --- The server is killed in a take: the page says what is wrong; what was done is there in the next session.
+await turnOn(page);
 await rowOf(page, otherSentence).click();
 await page.click('#record');
 await page.waitForTimeout(500);

@@ -311,10 +311,10 @@ const checks = {
     const shown = await shownOpenings(page);
     const widest = shown.indexOf(Math.max(...shown));
     await page.evaluate((frame) => mouthpiece.seek(frame / mouthpiece.report.fps), widest);
-    await page.waitForTimeout(400);
+    await page.waitForTimeout(1200);  // what stands still is drawn at its best
     await page.screenshot({ path: `${screenshotStem}.png` });
     await page.emulateMedia({ colorScheme: 'dark' });
-    await page.waitForTimeout(400);
+    await drawn(page);
     await page.screenshot({ path: `${screenshotStem}_dark.png` });
     await expectFits(page);
     await page.screenshot({ path: `${screenshotStem}_narrow.png` });

@@ -17,17 +17,26 @@ const DAMPING = 0.12;
 /** A little from the side: a face seen square on looks flat. */
 const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
 
-/** Shares of the full resolution to move at, best first; the last ones do without shadows. Still pictures get the best. */
+/**
+ * Shares of the full resolution to move at, best first, and how long to stand still before the best is drawn: where it
+ * takes a second, a person is to have stopped. The last ones keep the shadows of the picture before them.
+ */
 const QUALITIES = [
-  { share: 1, shadows: true },
-  { share: 0.7, shadows: true },
-  { share: 0.5, shadows: false },
-  { share: 0.34, shadows: false },
+  { share: 1, shadows: true, still_ms: 250 },
+  { share: 0.7, shadows: true, still_ms: 250 },
+  { share: 0.5, shadows: false, still_ms: 1000 },
+  { share: 0.34, shadows: false, still_ms: 1000 },
 ];
 const SLOW_FRAME_MS = 70;
 const VERY_SLOW_FRAME_MS = 200;
 const SLOW_FRAMES_TO_STEP_DOWN = 2;
-const STILL_MS = 250;
+const LONGEST_FRAME_MS = 2000;
+
+/** No graphics card draws, but the processor. */
+function isDrawnInSoftware(gl) {
+  const told = gl.getExtension('WEBGL_debug_renderer_info');
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+}
 
 /**
  * Stands in for three's reader of KTX2, whose transcoder runs in a worker, which the page's policy forbids: the picture that
@@ -52,6 +61,7 @@ export class Stage {
     this.renderer.toneMappingExposure = 1.0;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.01, 20);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -61,7 +71,7 @@ export class Stage {
     this.meshes = [];
     this.unseenTextures = new Set();
     this.needsRender = true;
-    this.quality = 0;
+    this.quality = isDrawnInSoftware(this.renderer.getContext()) ? QUALITIES.length - 1 : 0;
     this.slowFrames = 0;
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
   }
@@ -200,7 +210,7 @@ export class Stage {
       this.#draw(QUALITIES[this.quality]);
       this.drawnAt = now;
       this.isRough = this.quality > 0;
-    } else if (this.isRough && now - this.drawnAt > STILL_MS) {
+    } else if (this.isRough && now - this.drawnAt > QUALITIES[this.quality].still_ms) {
       this.isRough = false;
       this.#draw(QUALITIES[0]);
     }
@@ -208,7 +218,7 @@ export class Stage {
 
   #watchSpeed(now) {
     const frameTime = now - (this.drawnAt ?? -Infinity);
-    if (frameTime > STILL_MS * 8) return;  // a pause, no slow frame
+    if (frameTime > LONGEST_FRAME_MS) return;  // a pause, no slow frame
     this.slowFrames = frameTime > SLOW_FRAME_MS ? this.slowFrames + 1 : 0;
     if (this.slowFrames < SLOW_FRAMES_TO_STEP_DOWN || this.quality === QUALITIES.length - 1) return;
     this.quality = Math.min(this.quality + (frameTime > VERY_SLOW_FRAME_MS ? 2 : 1), QUALITIES.length - 1);
@@ -218,7 +228,7 @@ export class Stage {
   #draw({ share, shadows }) {
     const ratio = share * Math.min(window.devicePixelRatio, 2);
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
-    if (this.key) this.key.castShadow = shadows && !this.isWireframe;
+    this.renderer.shadowMap.needsUpdate = !this.key?.shadow.map || (shadows && !this.isWireframe);
     this.renderer.render(this.scene, this.camera);
   }
 

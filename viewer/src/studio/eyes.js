@@ -2,7 +2,7 @@
 import { post } from '../serve/api.js';
 
 const kWidest = 640, kPause = 60, kPauseInTake = 250;  // pixels, ms
-const kPausesForALook = 4;  // of a slow machine in a take, which needs its time for the recording
+const kPausesForALook = 4;  // of a slow machine in a take, which needs its time for the recording; else as long as a look
 
 export class Eyes {
   constructor(video, drawing) {
@@ -24,7 +24,8 @@ export class Eyes {
     const again = async () => {
       const began = performance.now();
       await this.look().catch((error) => { this.advice = [error.message]; });
-      setTimeout(again, isTaking() ? Math.max(kPauseInTake, kPausesForALook * (performance.now() - began)) : kPause);
+      const took = performance.now() - began;
+      setTimeout(again, isTaking() ? Math.max(kPauseInTake, kPausesForALook * took) : Math.max(kPause, took));
     };
     again();
   }
