@@ -68,7 +68,9 @@ struct LipContact {
   double gap = 0;
   double overlap = 0;          ///< deepest place of one lip inside the other
   double seeming_overlap = 0;  ///< the same with places beyond a fold, which only seem to be inside
-  double in_teeth = 0;         ///< deepest place of a lip, but for its back, inside teeth or gums
+  /// Deepest place of a lip, but for its back, inside teeth or gums, or how far these stand out of the skin of their
+  /// jaw's lip, more than at rest.
+  double in_teeth = 0;
   double in_tongue = 0;
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
   /// Between the lips' surfaces in each; `gap` is the largest. 0 beyond corners that a coarse mesh has further in.

@@ -16,6 +16,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/moving_triangles.h"
 #include "deform/surface/virtual_points.h"
+#include "retarget/rig/bared_teeth.h"
 #include "retarget/rig/face_fit.h"
 
 namespace mouthpiece {
@@ -375,6 +376,15 @@ class Chooser {
     return between;
   }
 
+  /// A lip's skin that one sees from the front, were there nothing before it.
+  [[nodiscard]] std::vector<Triangle> outsideOf(const Lip& lip) const {
+    std::vector<Triangle> outside = lip.surface.triangles;
+    std::erase_if(outside, [&](const Triangle& t) {
+      return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return topology_.isInMouth(v); });
+    });
+    return outside;
+  }
+
   /// The right corner of the mouth, and the way to the left one.
   [[nodiscard]] std::pair<Eigen::Vector3d, Eigen::Vector3d> corners() const { return {from_, along_}; }
 
@@ -445,6 +455,7 @@ struct LipContactMeter::Data {
   std::pair<double, double> parted{0, 1};  ///< of Chooser::partedBetween
   std::array<bool, kColumns> are_one{};    ///< nothing parts in the half of it or more
   Surface teeth, tongue;
+  BaredTeeth upper_teeth, lower_teeth;
 };
 
 LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control, double step) {
@@ -467,6 +478,12 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->around = chooser.aroundLips();
   data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
   data->teeth.settle(mesh.vertices);
+  const auto bared = [&](const Lip& lip, PartKind teeth) {
+    return BaredTeeth(mesh.vertices, chooser.outsideOf(lip), chooser.nearLips(trianglesOf(mesh, {teeth})),
+                      data->deepest);
+  };
+  data->upper_teeth = bared(data->upper, PartKind::kUpperTeeth);
+  data->lower_teeth = bared(data->lower, PartKind::kLowerTeeth);
   data->tongue.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kTongue}));
   data->tongue.settle(mesh.vertices);
   data_ = std::move(data);
@@ -528,6 +545,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   };
   look(data_->lower, upper);
   look(data_->upper, lower);
+  contact.in_teeth =
+      std::max({contact.in_teeth, data_->upper_teeth.measure(vertices), data_->lower_teeth.measure(vertices)});
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   if (std::isfinite(widest)) return contact;

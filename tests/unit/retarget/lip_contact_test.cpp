@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <span>
+#include <utility>
 
 #include "base/files.h"
 #include "base/index.h"
@@ -105,6 +106,36 @@ TEST_F(LipContactTest, TheMeterSeesAGapAndAnOverlapThatWereMade) {
     } else {
       EXPECT_NEAR(contact.overlap, shift, 0.5);
     }
+  }
+}
+
+/// A tooth that stands out of a lip's front is seen, though both face forward.
+TEST_F(LipContactTest, TheMeterSeesAToothThatStandsOutOfALip) {
+  constexpr float kHalf = 1, kBehind = 6, kOut = 2;
+  // MediaPipe's, in the middle of the lips' red.
+  for (const auto& [lip, jaw] : {std::pair(11U, PartKind::kUpperTeeth), std::pair(16U, PartKind::kLowerTeeth)}) {
+    const auto first = static_cast<std::uint32_t>(mesh_.vertexCount());
+    FaceMesh with_tooth = mesh_;
+    with_tooth.vertices.conservativeResize(mesh_.vertices.rows() + 3, 3);
+    const Eigen::RowVector3f place = mesh_.vertices.row(lip) - Eigen::RowVector3f(0, 0, kBehind);
+    with_tooth.vertices.row(first) = place + Eigen::RowVector3f(-kHalf, 0, 0);
+    with_tooth.vertices.row(first + 1) = place + Eigen::RowVector3f(kHalf, 0, 0);
+    with_tooth.vertices.row(first + 2) = place + Eigen::RowVector3f(0, kHalf, 0);
+    MeshPart part = mesh_.parts.front();
+    part.kind = jaw;
+    part.first_triangle = with_tooth.triangles.size();
+    part.triangle_count = 1;
+    with_tooth.parts.push_back(part);
+    with_tooth.triangles.push_back({first, first + 1, first + 2});
+    const LipContactMeter meter(with_tooth, file_.control);
+    EXPECT_EQ(meter.measure(with_tooth.vertices).in_teeth, 0);
+    VertexPositions moved = with_tooth.vertices;
+    moved.bottomRows(3).col(2).array() += kBehind + kOut;
+    const double out = meter.measure(moved).in_teeth;
+    EXPECT_GT(out, 0.5 * double{kOut}) << lip;
+    EXPECT_LT(out, 1.5 * double{kOut}) << lip;
+    moved.bottomRows(3).col(1).array() += jaw == PartKind::kUpperTeeth ? -20 : 20;
+    EXPECT_EQ(meter.measure(moved).in_teeth, 0) << "between the lips or before the other one";
   }
 }
 
