@@ -23,7 +23,7 @@ std::optional<LiveWords> wordsToHear(const LiveSetup& setup, const std::shared_p
 std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& options) {
   const std::shared_ptr<WordNetwork> network = sharedWordNetwork();
   std::vector<LabelledSound> speaker;
-  if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
+  if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus, PhoneEar::kMostSounds);
   std::optional<LivePhones> phones;
   if (speaker.empty() && network->isThere()) phones.emplace(network, options.look_ahead, *setup.language);
   return std::make_unique<LiveEar>(*setup.language, speaker, options.look_ahead, wordsToHear(setup, network),

@@ -29,8 +29,8 @@ struct LiveSetup {
   SpeakerOptions::Hear hear = SpeakerOptions::Hear::kAuto;
 };
 
-/// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced.
-std::vector<LabelledSound> soundsOf(const Corpus& corpus);
+/// Takes whose sound tells how the corpus' speaker says his phones, at most so many, evenly spaced.
+std::vector<LabelledSound> soundsOf(const Corpus& corpus, std::size_t most);
 
 /// What hears a stream's sound; `setup` outlives it. Throws InputError where words are wanted that nothing hears.
 std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& options);

@@ -111,10 +111,9 @@ std::vector<std::string> linesOf(const Corpus& corpus) {
 
 }  // namespace
 
-std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
-  constexpr std::size_t kMostSounds = 60;  // more hardly tell more
+std::vector<LabelledSound> soundsOf(const Corpus& corpus, std::size_t most) {
   std::vector<LabelledSound> sounds;
-  const std::size_t every = takeCount(corpus) / kMostSounds + 1;
+  const std::size_t every = takeCount(corpus) / most + 1;
   for (std::size_t i = 0; i < takeCount(corpus); i += every) {
     const CorpusTake& take = takeOf(corpus, TakeIndex(i));
     sounds.push_back(
@@ -220,7 +219,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
                                                                 : HearAs::kAuto;
     wanted.hint = source.hint;
     wanted.known = linesOf(corpus.data().corpus);
-    wanted.speaker = soundsOf(corpus.data().corpus);
+    wanted.speaker = [from = corpus](std::size_t most) { return soundsOf(from.data().corpus, most); };
     wanted.lexicon = known;
     wanted.language = language;
     wanted.word_network = network();

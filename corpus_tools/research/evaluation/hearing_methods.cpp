@@ -127,13 +127,14 @@ EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::s
   return [&scores, hint, word_network](const Corpus& corpus, const UnitDatabase& database) {
     std::vector<EvaluationMethod> methods{unitMethod("guided (labels)", database, guidedOptions())};
     std::vector<std::string> lines;
-    std::vector<LabelledSound> speaker;
+    std::vector<LabelledSound> sounds;
     const auto likely = std::make_shared<LikelyWords>();
     for (const CorpusTake& take : corpus.takes) {
       lines.push_back(take.text);
-      speaker.push_back({take.audio, take.labels});
+      sounds.push_back({take.audio, take.labels});
       likely->add(take.labels);
     }
+    const SpeakerSounds speaker = soundsAmong(std::move(sounds));
     const auto add = [&](const std::string& way, RecogniserOptions options) {
       options.word_network = word_network;
       const auto listener = std::make_shared<Listener>(options, scores, way);

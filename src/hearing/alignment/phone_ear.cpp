@@ -31,6 +31,8 @@ struct PhoneEar::State {
       : decoder({}, language), loop(loopOf(decoder.scorer().sharedModel(), language)) {}
   PhoneDecoder decoder;
   PhoneLoop loop;
+  SpeakerSounds speaker = {};                             ///< who is not learnt yet
+  std::optional<TiedModel> sketch = std::nullopt;         ///< as he says the phones, by a few of his sounds
   std::optional<SenoneScorer> of_speaker = std::nullopt;  ///< as he says the phones
   PhoneDiscriminant discriminant{};                       ///< of his phones
   bool is_speaker = false;                                ///< whether the sound that posteriors() heard last is his
@@ -38,7 +40,10 @@ struct PhoneEar::State {
   VoiceTransform of_recording = {};                       ///< of who is not known
   bool is_by_voice = false;  ///< whether the sound that posteriors() heard last is heard by it
   bool is_noisy = false;     ///< that sound
-  /// Whether the learnt speaker says these features.
+  /// As learn(), but for what parts his phones.
+  void learnFrom(std::span<const LabelledSound> sounds);
+  [[nodiscard]] std::vector<SpeakerFrames> framesOf(std::span<const LabelledSound> sounds);
+  /// Whether the speaker says these features.
   [[nodiscard]] bool isHis(const Eigen::MatrixXf& features);
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, std::span<const std::int16_t> around,
@@ -65,6 +70,14 @@ PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(la
 PhoneEar::~PhoneEar() = default;
 bool PhoneEar::knowsSpeaker() const { return state_->is_speaker; }
 VoiceTransform PhoneEar::voice() const { return state_->is_by_voice ? state_->of_recording : VoiceTransform{}; }
+
+SpeakerSounds soundsAmong(std::vector<LabelledSound> all) {
+  return [all = std::move(all)](std::size_t most) {
+    std::vector<LabelledSound> some;
+    for (std::size_t i = 0; i < all.size(); i += all.size() / most + 1) some.push_back(all[i]);
+    return some;
+  };
+}
 
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
   if (audio.sample_rate_hz != kDecoderSampleRateHz) return samplesToHear(resampleAudio(audio, kDecoderSampleRateHz));
@@ -114,19 +127,30 @@ namespace {
 /// A speaker's model fits his own frames so many nats better for each strangeness that they have; other voices' less
 /// (docs/theory/hearing/recognition.md).
 constexpr double kSameVoice = 0.3;
+/// What fits the model of a few of his sounds so much better than the general one may be his, in nats: half of what the
+/// least of his own do (docs/theory/hearing/recognition.md#the-speaker-and-noise).
+constexpr std::size_t kSketchedFrom = 12;
+constexpr double kMayBeHis = 0.15;
 /// Of fewer frames nobody can tell whose they are.
 constexpr Eigen::Index kKnownBy = 100;
 
 }  // namespace
 
 bool PhoneEar::State::isHis(const Eigen::MatrixXf& features) {
-  return of_speaker && fitOf(of_speaker->model(), features) - fitOf(decoder.scorer().model(), features) >
-                           kSameVoice * discriminant.strangenessOf(features);
+  if (!sketch && !of_speaker) return false;
+  const double by_others = fitOf(decoder.scorer().model(), features);
+  if (sketch) {
+    if (fitOf(*sketch, features) - by_others <= kMayBeHis) return false;
+    sketch.reset();
+    learnFrom(std::exchange(speaker, {})(kMostSounds));
+  }
+  return of_speaker &&
+         fitOf(of_speaker->model(), features) - by_others > kSameVoice * discriminant.strangenessOf(features);
 }
 
 SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, std::span<const std::int16_t> around,
                                        const Eigen::MatrixXf& features) {
-  is_speaker = isHis(of_speaker && features.cols() < kKnownBy ? decoder.featuresOf(around) : features);
+  is_speaker = isHis((sketch || of_speaker) && features.cols() < kKnownBy ? decoder.featuresOf(around) : features);
   SenoneScorer& scorer = is_speaker ? *of_speaker : decoder.scorer();
   in_noise.reset();
   is_noisy = noisinessOf(around) > 0;
@@ -149,32 +173,52 @@ Eigen::ArrayXf PhoneEar::State::firstMean() {
   return (sum / frames).cast<float>();
 }
 
-void PhoneEar::learn(std::span<const LabelledSound> sounds, bool at_once) {
+/// Of those that are not empty, which firstMean() takes, too.
+std::vector<SpeakerFrames> PhoneEar::State::framesOf(std::span<const LabelledSound> sounds) {
   constexpr std::size_t kMeanOf = 10;
   std::vector<SpeakerFrames> heard;
-  const TiedModel& model = state_->decoder.scorer().model();
+  const TiedModel& model = decoder.scorer().model();
   for (const LabelledSound& sound : sounds) {
     if (sound.audio.samples.empty()) continue;
     // As sounds are heard: with little of the silence around what is said.
-    const TimeSpan said = saidIn(sound.labels);
+    const TimeSpan span = saidIn(sound.labels);
     const std::vector<std::int16_t> samples = samplesToHear(sound.audio);
     const auto first =
-        std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, said.start) * kDecoderSampleRateHz));
+        std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, span.start) * kDecoderSampleRateHz));
     const auto end =
-        std::clamp(static_cast<std::size_t>(std::max(0.0, said.end) * kDecoderSampleRateHz), first, samples.size());
+        std::clamp(static_cast<std::size_t>(std::max(0.0, span.end) * kDecoderSampleRateHz), first, samples.size());
     SpeakerFrames frames;
-    frames.features = state_->decoder.featuresOf(std::span(samples).subspan(first, end - first));
+    frames.features = decoder.featuresOf(std::span(samples).subspan(first, end - first));
     if (frames.features.cols() == 0) continue;
     frames.codebook =
         codebooksOf(sound.labels, asReal(first) / kDecoderSampleRateHz, unsignedIndex(frames.features.cols()), model);
     if (heard.size() < kMeanOf)
-      state_->said.emplace_back(samples.begin() + signedIndex(first), samples.begin() + signedIndex(end));
+      said.emplace_back(samples.begin() + signedIndex(first), samples.begin() + signedIndex(end));
     heard.push_back(std::move(frames));
   }
+  return heard;
+}
+
+void PhoneEar::State::learnFrom(std::span<const LabelledSound> sounds) {
+  said.clear();
+  const std::vector<SpeakerFrames> heard = framesOf(sounds);
   if (heard.empty()) return;
-  state_->of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
-  state_->discriminant = PhoneDiscriminant(heard, model.codebooks.size());
-  if (at_once) state_->discriminant.learnRatios();
+  const TiedModel& model = decoder.scorer().model();
+  of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
+  discriminant = PhoneDiscriminant(heard, model.codebooks.size());
+}
+
+void PhoneEar::learn(std::span<const LabelledSound> sounds) {
+  state_->learnFrom(sounds);
+  state_->discriminant.learnRatios();
+}
+
+void PhoneEar::learn(SpeakerSounds speaker) {
+  State& state = *state_;
+  const std::vector<SpeakerFrames> heard = state.framesOf(speaker(kSketchedFrom));
+  if (heard.empty()) return;
+  state.sketch = adaptedToSpeaker(state.decoder.scorer().model(), heard);
+  state.speaker = std::move(speaker);
 }
 
 void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -19,6 +20,10 @@ struct LabelledSound {
   SpeechLabels labels;
 };
 
+/// Sounds of one person, `most` of them at most, evenly spaced among all that there are.
+using SpeakerSounds = std::function<std::vector<LabelledSound>(std::size_t most)>;
+SpeakerSounds soundsAmong(std::vector<LabelledSound> all);
+
 /// 16 kHz, as the ears take it.
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio);
 
@@ -33,9 +38,13 @@ class PhoneEar {
   ~PhoneEar();
 
   /// Learns how one speaker says his phones, from sounds of his. What sounds like him (fitOf) is heard so from then on;
-  /// a sound that goes on is taken to be his. What tells his phones apart is learnt when he is first heard, or
-  /// `at_once`: a sound that goes on cannot wait.
-  void learn(std::span<const LabelledSound> sounds, bool at_once = false);
+  /// a sound that goes on is taken to be his.
+  void learn(std::span<const LabelledSound> sounds);
+  /// Learns so little of a speaker that it knows whose sounds may be his, and the rest from kMostSounds of his when
+  /// such a one comes: most recordings are another's.
+  void learn(SpeakerSounds speaker);
+  /// More hardly tell more.
+  static constexpr std::size_t kMostSounds = 60;
 
   /// Learns the voice of one recording from stretches of it, whatever they say, in place of the voice before: what is
   /// not the learnt speaker's is heard by it from then on, where that is likelier. Of no stretches: no voice is known.

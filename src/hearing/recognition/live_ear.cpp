@@ -122,7 +122,7 @@ struct LiveEar::State {
                            kMostSettles + kLastPhones) -
                 kLastPhones),
         hears_again(speaker.empty() || look_ahead >= kHeardAgainWithin) {
-    if (!speaker.empty()) ear.learn(speaker, true);
+    if (!speaker.empty()) ear.learn(speaker);
   }
 
   void takePhones(const std::optional<LivePhones::Heard>& found);

@@ -46,7 +46,7 @@ struct RecogniserOptions {
   std::string hint;                     ///< words and phrases that are likely; UTF-8, hostile
   std::vector<std::string> known = {};  ///< lines that may be said again, less likely than `hint`: a corpus' own
   /// Of a person who may have said it: learnt from, where the recording sounds like them (PhoneEar::learn).
-  std::vector<LabelledSound> speaker = {};
+  SpeakerSounds speaker = {};
   const Lexicon* lexicon = nullptr;  ///< kept alive by the caller
   const Language* language = &english();
   /// Hears English words; where it is not there PocketSphinx hears them alone.

@@ -240,7 +240,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
   if (has_network && !said.empty())
     network = std::async(is_long ? std::launch::deferred : std::launch::async,
                          [&] { return networkWords(with_margins, to_hear, heard); });
-  ear_.learn(std::exchange(options_.speaker, {}));
+  if (options_.speaker) ear_.learn(std::exchange(options_.speaker, {}));
   // A voice's own ear adds nothing to what the network hears (docs/theory/hearing/recognition.md).
   if (!hears_network_phones_) ear_.adaptTo(stretches);
   if (is_long) giveBackMemory();

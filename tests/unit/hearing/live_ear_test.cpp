@@ -58,7 +58,7 @@ double likeTheFile(const std::vector<LabelledSound>& speaker, const std::vector<
                    Seconds look_ahead) {
   RecogniserOptions options;
   options.as = HearAs::kPhones;
-  options.speaker = speaker;
+  options.speaker = soundsAmong(speaker);
   const auto file = makeRecogniser(options);
   double share = 0;
   for (const LabelledSound& line : lines) {

@@ -140,6 +140,32 @@ TEST(PhoneEar, HearsASpeakerBetterWhoWasLearntFrom) {
   EXPECT_EQ(heardShare(knowing, of_other), heardShare(plain, of_other));
 }
 
+/// A few sounds tell that another's are not his; all are asked for when one may be.
+TEST(PhoneEar, LearnsASpeakerWhenHeIsHeard) {
+  const auto speaker = makeVoice("espeak:en-gb"), other = makeVoice("flite:slt");
+  const std::vector<LabelledSound> lines = linesOf(*speaker);
+  std::vector<std::size_t> asked;
+  PhoneEar at_once, later;
+  at_once.learn(lines);
+  later.learn([&, among = soundsAmong(lines)](std::size_t most) {
+    asked.push_back(most);
+    return among(most);
+  });
+  const std::string unheard = "maybe nobody came to the pump by noon";
+  const auto heardBy = [&](PhoneEar& ear, Voice& voice) {
+    return ear.posteriors(samplesToHear(voice.speak(unheard).audio));
+  };
+  EXPECT_EQ(heardBy(later, *other), heardBy(at_once, *other));
+  ASSERT_EQ(asked.size(), 1U);
+  EXPECT_LT(asked.front(), PhoneEar::kMostSounds);
+  EXPECT_FALSE(later.knowsSpeaker());
+  EXPECT_EQ(heardBy(later, *speaker), heardBy(at_once, *speaker));
+  EXPECT_TRUE(later.knowsSpeaker());
+  EXPECT_EQ(heardBy(later, *speaker), heardBy(at_once, *speaker));
+  ASSERT_EQ(asked.size(), 2U);
+  EXPECT_EQ(asked.back(), PhoneEar::kMostSounds);
+}
+
 std::span<const std::int16_t> partOf(const std::vector<std::int16_t>& samples, const TimeSpan& span) {
   const auto sampleAt = [](Seconds time) { return static_cast<std::size_t>(SamplesToHear::kRateHz * time); };
   return std::span(samples).subspan(sampleAt(span.start), sampleAt(span.duration()));
