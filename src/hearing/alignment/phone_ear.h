@@ -43,8 +43,8 @@ class PhoneEar {
   /// Learns so little of a speaker that it knows whose sounds may be his, and the rest from kMostSounds of his when
   /// such a one comes: most recordings are another's.
   void learn(SpeakerSounds speaker);
-  /// More hardly tell more.
-  static constexpr std::size_t kMostSounds = 60;
+  /// For time and memory; of more more is learnt.
+  static constexpr std::size_t kMostSounds = 150;
 
   /// Learns the voice of one recording from stretches of it, whatever they say, in place of the voice before: what is
   /// not the learnt speaker's is heard by it from then on, where that is likelier. Of no stretches: no voice is known.
