@@ -141,8 +141,9 @@ bool PhoneEar::State::isHis(const Eigen::MatrixXf& features) {
   const double by_others = fitOf(decoder.scorer().model(), features);
   if (sketch) {
     if (fitOf(*sketch, features) - by_others <= kMayBeHis) return false;
+    learnFrom(speaker(kMostSounds));  // which throws where a take is damaged, this time and the next
     sketch.reset();
-    learnFrom(std::exchange(speaker, {})(kMostSounds));
+    speaker = {};
   }
   return of_speaker &&
          fitOf(of_speaker->model(), features) - by_others > kSameVoice * discriminant.strangenessOf(features);
