@@ -19,13 +19,13 @@ const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
 
 /**
  * Shares of the full resolution to move at, best first, and how long to stand still before the best is drawn: where it
- * takes a second, a person is to have stopped. The last ones keep the shadows of the picture before them.
+ * takes long, a person is to have stopped. The last ones keep the shadows of the picture before them.
  */
 const QUALITIES = [
   { share: 1, shadows: true, still_ms: 250 },
   { share: 0.7, shadows: true, still_ms: 250 },
-  { share: 0.5, shadows: false, still_ms: 1000 },
-  { share: 0.34, shadows: false, still_ms: 1000 },
+  { share: 0.5, shadows: false, still_ms: 400 },
+  { share: 0.34, shadows: false, still_ms: 400 },
 ];
 const SLOW_FRAME_MS = 70;
 const VERY_SLOW_FRAME_MS = 200;
