@@ -33,8 +33,9 @@ struct AudioLimits {
 inline constexpr int kLongSoundRateHz = 16'000;
 
 /// Reads WAV, AIFF, FLAC, Ogg (Vorbis, Opus) or MP3 through libsndfile, MPEG-4 (M4A), WebM and AAC through the program
-/// ffmpeg where it is on the PATH; several channels are averaged. Throws InputError
-/// for what is no sound, is empty, claims more samples than the file holds, or is longer than the limits allow.
+/// ffmpeg where it is on the PATH; several channels are averaged, the second of two turned over where it mirrors the
+/// first. Throws InputError for what is no sound, is empty, claims more samples than the file holds, or is longer than
+/// the limits allow.
 AudioClip readAudio(const std::filesystem::path& path, const AudioLimits& limits = {});
 /// The same from memory, what libsndfile reads; `name` stands for the file in messages.
 AudioClip parseAudio(std::string_view bytes, std::string_view name, const AudioLimits& limits = {});

@@ -223,6 +223,32 @@ void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration)
   }
 }
 
+/// What the second of two channels counts: -1 where it mirrors the first, as of a cable whose poles are swapped, and
+/// both together would be silence. Told by up to ten seconds in which something sounds.
+double secondChannelsSign(SNDFILE* sound, const SF_INFO& info) {
+  constexpr double kMirrored = 0.1, kSilent = 1e-6;  // energy of the sum over the difference's; of a sample
+  constexpr sf_count_t kAtOnce = 4096;
+  constexpr int kSecondsHeard = 10;
+  if (info.channels != 2) return 1;
+  std::vector<float> block(2 * kAtOnce);
+  double together = 0, apart = 0;
+  for (sf_count_t heard = 0, taken = 0; heard < sf_count_t{kSecondsHeard} * info.samplerate;) {
+    taken = sf_readf_float(sound, block.data(), kAtOnce);
+    if (taken <= 0) break;
+    double sum = 0, difference = 0;
+    for (std::size_t i = 0; i < 2 * unsignedIndex(taken); i += 2) {
+      sum += std::pow(double{block[i]} + block[i + 1], 2);
+      difference += std::pow(double{block[i]} - block[i + 1], 2);
+    }
+    if (sum + difference < kSilent * asReal(taken)) continue;
+    heard += taken;
+    together += sum;
+    apart += difference;
+  }
+  sf_seek(sound, 0, SEEK_SET);
+  return together < kMirrored * apart ? -1 : 1;
+}
+
 /// Memory grows with what is really read, not with what the header claims.
 AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::uint64_t file_bytes,
                    const AudioLimits& limits) {
@@ -232,6 +258,7 @@ AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, s
                  .samples = {}};
   LiveResampler resampler(info.samplerate, clip.sample_rate_hz);
   const std::size_t channels = unsignedIndex(info.channels);
+  const double second = secondChannelsSign(sound, info);
   std::vector<float> block(kBlockFrames * channels), mono;
   // A sample a byte can be believed; growing by doubling would take an hour's sound twice.
   if (unsignedIndex(info.frames) <= file_bytes) clip.samples.reserve(resampler.outputCount(unsignedIndex(info.frames)));
@@ -243,7 +270,7 @@ AudioClip readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, s
     mono.resize(unsignedIndex(taken));
     for (std::size_t frame = 0; frame < mono.size(); ++frame) {
       double sum = 0;
-      for (std::size_t c = 0; c < channels; ++c) sum += block[frame * channels + c];
+      for (std::size_t c = 0; c < channels; ++c) sum += (c == 1 ? second : 1) * block[frame * channels + c];
       if (!std::isfinite(sum)) {
         throw InputError(name, fmt::format("sample {}", unsignedIndex(frames) + frame),
                          "is not a finite number; expected -1 to 1");
@@ -289,8 +316,9 @@ AudioClip throughFfmpeg(const std::filesystem::path& path, std::string_view kind
   writeFileAtomically(folder.path() / "foreign", readFile(path));
   const ChildResult result =
       runChild(*ffmpeg,
-               {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-ac", "1", "-t",
-                fmt::format("{:.0f}", limits.most + 1), "-c:a", "pcm_s16le", "-f", "wav", "out.wav"},
+               {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-af",
+                "aformat=channel_layouts=mono|stereo", "-t", fmt::format("{:.0f}", limits.most + 1), "-c:a",
+                "pcm_s16le", "-f", "wav", "out.wav"},
                folder.path(), kTimeLimit);
   const std::filesystem::path made = folder.path() / "out.wav";
   if (result.exit_code != 0 || !std::filesystem::exists(made)) {

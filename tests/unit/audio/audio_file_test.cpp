@@ -85,6 +85,23 @@ TEST_F(AudioFileTest, ReadsFlacVorbisAiffAndFloatAndAveragesChannels) {
   }
 }
 
+/// As a cable whose poles are swapped gives them: together the two channels are silence.
+TEST_F(AudioFileTest, TurnsOverASecondChannelThatMirrorsTheFirst) {
+  std::vector<float> mirrored, apart;
+  for (const float sample : sine(16000, 440, 4000).samples) {
+    mirrored.insert(mirrored.end(), {sample, -0.9F * sample});
+    apart.insert(apart.end(), {sample, 0});
+  }
+  writeWithSndfile(file("m.flac"), SF_FORMAT_FLAC | SF_FORMAT_PCM_16, 2, mirrored);
+  writeWithSndfile(file("a.flac"), SF_FORMAT_FLAC | SF_FORMAT_PCM_16, 2, apart);
+  const AudioClip clip = readAudio(file("m.flac")), half = readAudio(file("a.flac"));
+  ASSERT_EQ(clip.samples.size(), 4000U);
+  for (std::size_t i = 0; i < 4000; ++i) {
+    ASSERT_NEAR(clip.samples[i], 0.95F * mirrored[2 * i], 1e-4F) << i;
+    ASSERT_NEAR(half.samples[i], 0.5F * mirrored[2 * i], 1e-4F) << i;
+  }
+}
+
 /// None keeps the number of samples.
 TEST_F(AudioFileTest, ReadsOpusMp3AndAdpcm) {
   const std::pair<const char*, int> kinds[] = {{"i.wav", SF_FORMAT_WAV | SF_FORMAT_IMA_ADPCM},
