@@ -5,7 +5,7 @@
     tools/train_phones.py --grid ../shared/capture/grid_s1/takes --out src/hearing/recognition/network_phones.weights
 
 Needs what `make build` makes, and takes a quarter of an hour. With --without-grid no take teaches, so that all of them
-can judge. docs/theory/hearing/recognition.md#phones-of-the-network tells what was learnt from what.
+can judge. docs/theory/hearing/network_phones.md tells what was learnt from what.
 """
 import argparse
 import csv

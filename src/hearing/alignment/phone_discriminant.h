@@ -9,7 +9,7 @@
 namespace mouthpiece {
 
 /// Which phone of a speaker a frame is heard in, by what stands around it: discriminants of his own phones, each in
-/// three parts as its states are (R. A. Fisher, 1936; docs/theory/hearing/recognition.md).
+/// three parts as its states are (R. A. Fisher, 1936; docs/theory/hearing/phone_ear.md).
 class PhoneDiscriminant {
  public:
   static constexpr Eigen::Index kParts = 3;

@@ -125,10 +125,10 @@ std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, Seconds start, 
 namespace {
 
 /// A speaker's model fits his own frames so many nats better for each strangeness that they have; other voices' less
-/// (docs/theory/hearing/recognition.md).
+/// (docs/theory/hearing/phone_ear.md).
 constexpr double kSameVoice = 0.3;
 /// What fits the model of a few of his sounds so much better than the general one may be his, in nats: half of what the
-/// least of his own do (docs/theory/hearing/recognition.md#the-speaker-and-noise).
+/// least of his own do (docs/theory/hearing/phone_ear.md#the-speaker-and-noise).
 constexpr std::size_t kSketchedFrom = 12;
 constexpr double kMayBeHis = 0.15;
 /// Of fewer frames nobody can tell whose they are.

@@ -13,7 +13,7 @@ namespace mouthpiece {
 
 /// How likely each phone is at each time where any phone may follow any other: phones of the acoustic model side by
 /// side (its triphones), weighed against each other by how often three of them follow in a language
-/// (docs/theory/hearing/recognition.md). Not thread-safe.
+/// (docs/theory/hearing/phone_ear.md). Not thread-safe.
 class PhoneLoop {
  public:
   struct Settings {

@@ -16,7 +16,7 @@ struct SpeakerFrames {
 };
 
 /// `model` as one speaker says its phones: the densities' means and how often each is met go towards what is heard of
-/// him (maximum a posteriori: J.-L. Gauvain and C.-H. Lee, 1994; docs/theory/hearing/recognition.md). A model of other
+/// him (maximum a posteriori: J.-L. Gauvain and C.-H. Lee, 1994; docs/theory/hearing/phone_ear.md). A model of other
 /// features than the frames' stays as it is.
 TiedModel adaptedToSpeaker(const TiedModel& model, std::span<const SpeakerFrames> heard);
 

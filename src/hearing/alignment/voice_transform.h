@@ -28,7 +28,7 @@ struct HeardFrames {
 };
 
 /// The transform under which the model is likeliest to have made the phones that were heard; silence does not count.
-/// 1.5 s of its own speech hold it back (docs/theory/hearing/recognition.md#the-voice-of-a-recording). None where
+/// 1.5 s of its own speech hold it back (docs/theory/hearing/phone_ear.md#the-voice-of-a-recording). None where
 /// nothing was heard, and for a model of other features than cepstra and their differences.
 VoiceTransform fitVoice(const TiedModel& model, std::span<const HeardFrames> heard);
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kLevelFrame = 160;  // 10 ms
 /// A phone that ended so many frames ago is settled, or as many as the look-ahead has but for those that its last
-/// phones take: later sound changes little (docs/theory/hearing/recognition.md).
+/// phones take: later sound changes little (docs/theory/hearing/live_hearing.md).
 constexpr std::size_t kSettles = 30, kMostSettles = 100, kLastPhones = 20;
 /// What a word says counts so much against what is heard without it.
 constexpr float kLiveWordWeight = 0.8F;

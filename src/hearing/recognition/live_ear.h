@@ -15,7 +15,7 @@
 
 namespace mouthpiece {
 
-/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/recognition.md). Time and memory do
+/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/live_hearing.md). Time and memory do
 /// not grow with the sound. Not thread-safe.
 class LiveEar {
  public:

@@ -12,7 +12,7 @@
 namespace mouthpiece {
 
 /// Hears the phones of a sound that goes on by the encoder of a network of words, which hears the last second again and
-/// again, in a thread of its own (docs/theory/hearing/recognition.md#phones-of-the-network). What is heard
+/// again, in a thread of its own (docs/theory/hearing/network_phones.md). What is heard
 /// depends on the sound alone, unless that takes too long. Not thread-safe.
 class LivePhones {
  public:

@@ -24,7 +24,7 @@ struct HeardPhrase {
   double word_odds = 0;
 };
 
-/// Hears the words of a sound that goes on (docs/theory/hearing/recognition.md#words-while-they-are-said): a network
+/// Hears the words of a sound that goes on (docs/theory/hearing/live_hearing.md#words-while-they-are-said): a network
 /// hears the phrase so far every now and then, in a thread of its own, and its words are aligned. What is heard depends
 /// on the sound alone where it is waited for, unless the network takes too long. Memory does not grow with the
 /// sound. Not thread-safe.

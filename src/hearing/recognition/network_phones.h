@@ -14,9 +14,10 @@
 namespace mouthpiece {
 
 /// How likely each phone is at each time of a sound, whatever is said, by what the encoder of a network of words makes
-/// of it: a perceptron over five of its frames (docs/theory/hearing/recognition.md#phones-of-the-network).
+/// of it: a perceptron over five of its frames (docs/theory/hearing/network_phones.md).
 /// `encoded`: WordNetwork::encode(), with a frame or more. `language`: that is spoken; what is heard of others than
-/// English is told by what people say there where such is heard (docs/theory/hearing/recognition.md#other-languages).
+/// English is told by what people say there where such is heard
+/// (docs/theory/hearing/network_phones.md#other-languages).
 /// Rows: phones by their number; a column every WordNetwork::kEncodedStep; columns add up to 1.
 Eigen::MatrixXf phonesOfEncoded(const Eigen::MatrixXf& encoded, const Language& language);
 

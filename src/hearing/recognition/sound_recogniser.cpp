@@ -241,7 +241,7 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
     network = std::async(is_long ? std::launch::deferred : std::launch::async,
                          [&] { return networkWords(with_margins, to_hear, heard); });
   if (options_.speaker) ear_.learn(std::exchange(options_.speaker, {}));
-  // A voice's own ear adds nothing to what the network hears (docs/theory/hearing/recognition.md).
+  // A voice's own ear adds nothing to what the network hears (docs/theory/hearing/phone_ear.md).
   if (!hears_network_phones_) ear_.adaptTo(stretches);
   if (is_long) giveBackMemory();
   std::vector<HeardByEar> by_ear(said.size());  // of a long sound when each is heard, for memory

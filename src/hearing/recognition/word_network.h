@@ -38,8 +38,8 @@ struct TextScore {
   std::size_t heard_tokens = 0;  ///< what it wrote that in, of which each has a probability
 };
 
-/// A network that hears English words: docs/theory/hearing/recognition.md#a-network. A program of its own runs it, from
-/// when it is first asked until this ends; one more for each thread that asks at once, four at most. Thread-safe.
+/// A network that hears English words: docs/theory/hearing/network_words.md#a-network. A program of its own runs it,
+/// from when it is first asked until this ends; one more for each thread that asks at once, four at most. Thread-safe.
 class WordNetwork {
  public:
   /// `folder`: with hear_words.mjs and its models, which Node runs.

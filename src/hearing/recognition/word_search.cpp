@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// How much the language model counts against the sound; PocketSphinx' usual 6.5 finds fewer words
-/// (docs/theory/hearing/recognition.md#the-search-for-words).
+/// (docs/theory/hearing/network_words.md#the-search-for-words).
 constexpr const char* kLanguageWeight = "5";
 /// A path of a book that is this much less likely than the best of its frame is given up: with PocketSphinx' own beams
 /// none of a short book's may come to its end.
