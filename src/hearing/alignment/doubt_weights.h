@@ -5,7 +5,7 @@
 #include "hearing/alignment/text_doubt.h"
 
 // Written by tools/fit_doubt.py from what build/benchmarks/doubt_evidence heard: do not edit.
-// What was learnt from and what was only judged: docs/theory/hearing/alignment.md.
+// What was learnt from and what was only judged: docs/theory/hearing/doubt.md.
 
 namespace mouthpiece {
 

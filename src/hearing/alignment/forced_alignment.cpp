@@ -23,7 +23,7 @@ namespace {
 constexpr double kEvenScore = -90.0;
 constexpr double kScoreSpread = 8.0;
 /// More doubtful words than this: not the text that is said. Of five recorded singers' own words 3 to 22 % are
-/// doubtful, of others 49 to 71 % (docs/theory/hearing/alignment.md).
+/// doubtful, of others 49 to 71 % (docs/theory/hearing/sung_alignment.md).
 constexpr double kOtherTextShare = 0.3;
 /// Labels further than this from where their words are heard belong to another sound: by far the most that alignment
 /// itself is off.

@@ -35,11 +35,11 @@ class Aligner;
 /// beside it. "" for nothing. `name` stands for the sound.
 std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Aligner& aligner, std::string_view name);
 
-/// 2 in 100 stretches of right words are below (docs/theory/hearing/alignment.md).
+/// 2 in 100 stretches of right words are below (docs/theory/hearing/doubt.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
-/// consonants (docs/theory/hearing/alignment.md).
+/// consonants (docs/theory/hearing/sung_alignment.md).
 enum class SpeechKind { kSpoken, kSung };
 /// How near the borders of spoken phones are wanted: heard again, so that they lie between the decoder's steps of 10
 /// ms, or as they were heard first.

@@ -1,4 +1,4 @@
-// Lines in languages whose sounds the acoustic model never learnt (docs/theory/hearing/alignment.md#other-languages).
+// Lines in languages whose sounds the acoustic model never learnt (docs/theory/hearing/doubt.md#other-languages).
 #include <algorithm>
 #include <cmath>
 #include <optional>

@@ -4,7 +4,7 @@
 
 #include "phonetics/language/phone.h"
 
-// What was learnt from and what was only judged: docs/theory/hearing/alignment.md.
+// What was learnt from and what was only judged: docs/theory/hearing/doubt.md.
 
 namespace mouthpiece {
 

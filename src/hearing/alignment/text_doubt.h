@@ -58,7 +58,7 @@ struct Believed {
 };
 
 /// Whether words that were found in a sound are those that are said in it: their phones against what is heard where any
-/// may be said (S. M. Witt and S. J. Young, 2000; docs/theory/hearing/alignment.md). A frame's match with a phone is
+/// may be said (S. M. Witt and S. J. Young, 2000; docs/theory/hearing/doubt.md). A frame's match with a phone is
 /// the logarithm of how much more often what is heard then is heard in that phone than at any time. Not thread-safe.
 class TextDoubt {
  public:

@@ -68,7 +68,7 @@ struct Line {
   std::vector<std::string> text;
 };
 
-/// Learnt like TextDoubt's weights (docs/theory/hearing/alignment.md#the-network-is-asked).
+/// Learnt like TextDoubt's weights (docs/theory/hearing/doubt.md#the-network-is-asked).
 double oddsOfLine(std::span<const double> word_odds, const TextScore& score, const Differences& differences,
                   double noise) {
   constexpr double kMostBehind = 60, kMostBefore = 20, kNothingHeard = -5;

@@ -11,7 +11,7 @@ namespace mouthpiece {
 
 /// Hears the stretches of English words of which the alignment is not sure once more, by a network where it is there,
 /// and puts how far they are believed then in place of what they were:
-/// docs/theory/hearing/alignment.md#the-network-is-asked. `pronouncer` says what is heard. Says what is wrong where it
+/// docs/theory/hearing/doubt.md#the-network-is-asked. `pronouncer` says what is heard. Says what is wrong where it
 /// cannot; else "".
 std::string judgeByNetwork(WordNetwork& network, const Pronouncer& pronouncer, const SamplesToHear& to_hear,
                            ForcedAlignment& alignment);
