@@ -1,4 +1,4 @@
-// How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/bezier_deformation.md tells why.
+// How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/mending.md tells why.
 #include <algorithm>
 #include <array>
 #include <cmath>
