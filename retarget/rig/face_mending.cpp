@@ -30,8 +30,11 @@ constexpr double kCoarseEdge = 0.06;  ///< edges of coarse skin count as so long
 constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
 constexpr double kSameOverlapMm = 0.02;         ///< a round that changes lips in each other by less has changed nothing
 constexpr std::array kTuckedLess{0.75F, 0.5F};  ///< FaceBinding::tuck, one after the other
-constexpr std::size_t kTornAlone = 3;           ///< so many faces whose lips meet as they should are relaxed further
-constexpr std::size_t kRounds = 8;              ///< the last ones where nothing but lips is left to mend
+/// Of the limits of edges: skin that is torn further is not relaxed further. The widths of kRelaxedWithin took a third
+/// off what a mouth tore that opened ten times as far as in speech.
+constexpr double kMostTorn = 2;
+constexpr std::size_t kTornAlone = 3;  ///< so many faces whose lips meet as they should are relaxed further
+constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
@@ -73,9 +76,11 @@ bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.
 
 bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
 
-/// The lips meet as they should and the face moves: all that is wrong is skin that tears.
+/// The lips meet as they should and the face moves: all that is wrong is skin that tears, and not so far that there is
+/// no hope for it.
 bool isTornAlone(const FaceJudgement& found) {
-  return !found.faults.empty() && !found.torn.empty() &&
+  return !found.faults.empty() && !found.torn.empty() && found.edge_ratio <= kMostTorn * limitNamed("edge length") &&
+         found.edge_growth_mm <= kMostTorn * limitNamed("stretch") &&
          std::all_of(found.faults.begin(), found.faults.end(), [](const FaceFault& fault) {
            return std::find(kOfSkin.begin(), kOfSkin.end(), fault.limit) != kOfSkin.end();
          });
