@@ -126,8 +126,8 @@ struct Knots {
   }
 };
 
-/// LU factors of a matrix in which an entry has one across the diagonal, and no row's diagonal is less than its other
-/// entries together: pivots stay where they are, and the order that keeps Cholesky factors sparse serves.
+/// LU factors of a matrix in which most entries have one across the diagonal, and no row's diagonal is less than its
+/// other entries together: pivots stay where they are, and the order that keeps Cholesky factors sparse serves.
 class NeighbourSolver {
  public:
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -145,8 +145,8 @@ class NeighbourSolver {
 };
 
 void NeighbourSolver::factorize(const Matrix& matrix) {
-  // Another matrix with entries in the same places tells where the factors have some.
-  Eigen::SparseMatrix<double> places = matrix;
+  // Another matrix with entries in the same places, and across the diagonal, tells where the factors have some.
+  Eigen::SparseMatrix<double> places = matrix + Matrix(matrix.transpose());
   places.coeffs() = -1;
   places.diagonal() = places.diagonal().eval().array() + asReal(places.rows()) + 1;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> pattern(places);

@@ -164,6 +164,47 @@ TEST(Relaxing, LeavesANeedleAsItLies) {
   EXPECT_GT(apexOverEdge(true), 0);
 }
 
+/// Two corners of a triangle in one place: its third follows them, and not they it.
+TEST(Relaxing, FollowsOneWayOverTrianglesWithoutArea) {
+  constexpr std::uint32_t kSide = 9;
+  FaceMesh mesh;
+  mesh.vertices.resize(signedIndex(kSide * kSide), 3);
+  std::vector<std::set<std::uint32_t>> followed(kSide * kSide);
+  std::vector<std::uint32_t> inner;
+  for (std::uint32_t r = 0; r < kSide; ++r) {
+    for (std::uint32_t c = 0; c < kSide; ++c) {
+      const std::uint32_t v = r * kSide + c;
+      mesh.vertices.row(v) << asFloat(1.0 * c), asFloat(1.0 * r), 0;
+      if (r + 1 < kSide && c + 1 < kSide)
+        mesh.triangles.insert(mesh.triangles.end(), {{v, v + 1, v + kSide + 1}, {v, v + kSide + 1, v + kSide}});
+      if (r % (kSide - 1) != 0 && c % (kSide - 1) != 0) inner.push_back(v);
+    }
+  }
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) followed[v].insert(t.begin(), t.end());
+  }
+  std::mt19937 random(3);
+  for (int i = 0; i < 12; ++i) {
+    const std::uint32_t place = inner[random() % inner.size()], follower = inner[random() % inner.size()];
+    mesh.triangles.push_back({place, place, follower});
+    followed[follower].insert(place);
+  }
+  mesh.parts = {{.name = "skin", .kind = PartKind::kSkin, .triangle_count = mesh.triangles.size()}};
+  VertexPositions moves = VertexPositions::Random(mesh.vertices.rows(), 3);
+  SkinRelaxing(mesh, HeadTopology(mesh, {}), inner, {}, 0).relax(moves);
+  for (const std::uint32_t v : inner) {
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    double weights = 0;
+    for (const std::uint32_t other : followed[v]) {
+      const double length = double{(mesh.vertices.row(v) - mesh.vertices.row(other)).norm()};
+      if (other == v) continue;
+      sum += moves.row(other).cast<double>() / length;
+      weights += 1 / length;
+    }
+    EXPECT_LT((moves.row(v).cast<double>() - sum / weights).norm(), 1e-5) << v;
+  }
+}
+
 /// As rows of a matrix they do the same but for the smallest entries, and what was relaxed before stays so.
 TEST_P(RelaxedSheets, GoWhereTheirRowsSay) {
   const HeadTopology topology(mesh_, {});
