@@ -1,6 +1,6 @@
 // Spreads over a stretch of skin what its vertices were torn apart by.
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -13,10 +13,9 @@
 namespace mouthpiece {
 namespace {
 
-constexpr float kLeastEntry = 0.002F;       ///< an entry of a row with less is left out
-constexpr double kLeastEdge = 1e-6;         ///< of the mesh's size: edges count as so long at least
-constexpr double kLeastShare = 1e-9;        ///< 1 + cosine of a triangle's angle counts as so much at least
-constexpr Eigen::Index kSolvedAtOnce = 32;  ///< right sides: rows of as many are read together and stay in the cache
+constexpr float kLeastEntry = 0.002F;  ///< an entry of a row with less is left out
+constexpr double kLeastEdge = 1e-6;    ///< of the mesh's size: edges count as so long at least
+constexpr double kLeastShare = 1e-9;   ///< 1 + cosine of a triangle's angle counts as so much at least
 
 /// The mesh as relaxing sees it: vertices in one place and on one side are one knot, called by the first of them.
 struct Knots {
@@ -126,77 +125,15 @@ struct Knots {
   }
 };
 
-/// LU factors of a matrix in which most entries have one across the diagonal, and no row's diagonal is less than its
-/// other entries together: pivots stay where they are, and the order that keeps Cholesky factors sparse serves.
-class NeighbourSolver {
- public:
-  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  using Sides = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-  void factorize(const Matrix& matrix);
-  /// `sides`: a column each.
-  [[nodiscard]] Sides solve(const Sides& sides) const;
-  [[nodiscard]] bool empty() const { return factors_.rows() == 0; }
-
- private:
-  using Order = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
-  Order order_;     ///< factored from given
-  Matrix factors_;  ///< below the diagonal the lower one, whose diagonal is 1; from it on the upper one
-};
-
-void NeighbourSolver::factorize(const Matrix& matrix) {
-  // Another matrix with entries in the same places, and across the diagonal, tells where the factors have some.
-  Eigen::SparseMatrix<double> places = matrix + Matrix(matrix.transpose());
-  places.coeffs() = -1;
-  places.diagonal() = places.diagonal().eval().array() + asReal(places.rows()) + 1;
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> pattern(places);
-  order_ = pattern.permutationP();
-  const Matrix lower = pattern.matrixL().nestedExpression();
-  const Matrix upper = lower.transpose();
-  factors_ = lower + upper;
-  factors_.coeffs() = 0;
-  factors_ += Matrix(Matrix(order_ * matrix) * order_.transpose());
-  factors_.makeCompressed();
-  Eigen::VectorXd row = Eigen::VectorXd::Zero(factors_.rows());
-  std::vector<Matrix::InnerIterator> from_diagonal;  // of each row
-  for (Eigen::Index i = 0; i < factors_.rows(); ++i) {
-    for (Matrix::InnerIterator at(factors_, i); at; ++at) row[at.col()] = at.value();
-    Matrix::InnerIterator at(factors_, i);
-    for (; at.col() < i; ++at) {
-      Matrix::InnerIterator above = from_diagonal[unsignedIndex(at.col())];
-      const double share = row[at.col()] /= above.value();
-      for (++above; above; ++above) row[above.col()] -= share * above.value();
-    }
-    from_diagonal.push_back(at);
-    for (Matrix::InnerIterator to(factors_, i); to; ++to) to.valueRef() = row[to.col()];
-  }
-}
-
-NeighbourSolver::Sides NeighbourSolver::solve(const Sides& sides) const {
-  Sides solved = order_ * sides;
-  for (Eigen::Index first = 0; first < solved.cols(); first += kSolvedAtOnce) {
-    Sides some = solved.middleCols(first, std::min(kSolvedAtOnce, solved.cols() - first));
-    for (Eigen::Index i = 0; i < some.rows(); ++i) {
-      for (Matrix::InnerIterator at(factors_, i); at.col() < i; ++at) some.row(i) -= at.value() * some.row(at.col());
-    }
-    for (Eigen::Index i = some.rows() - 1; i >= 0; --i) {
-      Matrix::ReverseInnerIterator at(factors_, i);
-      for (; at.col() > i; --at) some.row(i) -= at.value() * some.row(at.col());
-      some.row(i) /= at.value();
-    }
-    solved.middleCols(first, some.cols()) = some;
-  }
-  return order_.transpose() * solved;
-}
-
 }  // namespace
 
 struct SkinRelaxing::Data {
   std::vector<std::uint32_t> knot_of;    ///< of each vertex
   std::vector<int> inner;                ///< of each knot: its row, -1 where it is not relaxed
   std::vector<std::uint32_t> rim_knots;  ///< those that are not, beside some that are
-  NeighbourSolver::Matrix from_rim;      ///< rows x rim knots
-  NeighbourSolver solver;                ///< empty: nothing is relaxed
+  Eigen::SparseMatrix<double> from_rim;  ///< rows x rim knots
+  Eigen::SparseLU<Eigen::SparseMatrix<double>> solver;
+  bool is_solved = false;
 
   Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
        const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach, double longest_edge,
@@ -248,11 +185,12 @@ SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, con
     }
     laplacian.emplace_back(inner[v], inner[v], 1);
   }
-  NeighbourSolver::Matrix left(inner_count, inner_count);
+  Eigen::SparseMatrix<double> left(inner_count, inner_count);
   from_rim.resize(inner_count, signedIndex(rim_knots.size()));
   left.setFromTriplets(laplacian.begin(), laplacian.end());
   from_rim.setFromTriplets(to_rim.begin(), to_rim.end());
-  solver.factorize(left);
+  solver.compute(left);
+  is_solved = solver.info() == Eigen::Success;
 }
 
 SkinRelaxing::SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
@@ -264,8 +202,8 @@ SkinRelaxing& SkinRelaxing::operator=(SkinRelaxing&&) noexcept = default;
 SkinRelaxing::~SkinRelaxing() = default;
 
 void SkinRelaxing::relax(VertexPositions& moves) const {
-  if (data_->solver.empty()) return;
-  const NeighbourSolver::Sides around = moves(data_->rim_knots, Eigen::all).cast<double>();
+  if (!data_->is_solved) return;
+  const Eigen::MatrixXd around = moves(data_->rim_knots, Eigen::all).cast<double>();
   const Eigen::MatrixXf inner = data_->solver.solve(data_->from_rim * around).cast<float>();
   if (!inner.allFinite()) return;
   for (Eigen::Index v = 0; v < moves.rows(); ++v) {
@@ -279,8 +217,8 @@ void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::
                  bool keeps_needles) {
   const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach, longest_edge,
                                   keeps_needles);
-  if (system.solver.empty()) return;
-  const Eigen::MatrixXf shares = system.solver.solve(NeighbourSolver::Sides(system.from_rim)).cast<float>();
+  if (!system.is_solved) return;
+  const Eigen::MatrixXf shares = system.solver.solve(Eigen::MatrixXd(system.from_rim)).cast<float>();
   if (!shares.allFinite()) return;
 
   FaceBinding::Relaxed relaxed;
