@@ -1,5 +1,7 @@
 #include "deform/mesh/glb_document.h"
 
+#include <tiny_gltf.h>
+
 #include <algorithm>
 #include <set>
 #include <utility>

@@ -13,6 +13,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_chunks.h"
 #include "deform/mesh/glb_document.h"
 #include "deform/mesh/glb_nodes.h"
 #include "deform/mesh/glb_scene.h"

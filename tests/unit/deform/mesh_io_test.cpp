@@ -106,6 +106,15 @@ TEST(ObjReader, MakesOneSurfaceOfOneThatIsDrawnFromBothSides) {
   EXPECT_EQ(parseObj(kCorners + kInward, "a.obj").triangles.size(), 4U) << "what faces inwards by itself stays";
 }
 
+/// A mask encloses nothing, and may lie anywhere.
+TEST(ObjReader, TakesTheOuterSideOfAMaskThatIsDrawnFromBoth) {
+  const std::string kCorners = "v -1 -1 -10\nv 1 -1 -10\nv 1 1 -10\nv -1 1 -10\nv 0 0 -9\n";
+  const std::string kOutward = "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n", kInward = "f 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n";
+  const std::vector<Triangle> once = parseObj(kCorners + kOutward, "a.obj").triangles;
+  EXPECT_EQ(parseObj(kCorners + kOutward + kInward, "a.obj").triangles, once);
+  EXPECT_EQ(parseObj(kCorners + kInward + kOutward, "a.obj").triangles, once);
+}
+
 TEST(ObjReader, ReadsWindowsLineEndsTabsAndNoFinalNewline) {
   const FaceMesh mesh = parseObj("v\t0 0 0 \r\nv 1e0 0 0\r\nv 0 +1 0\r\nf 1//1 2//1 3//1", "a.obj");
   EXPECT_EQ(mesh.triangles.size(), 1U);
