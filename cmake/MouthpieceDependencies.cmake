@@ -46,9 +46,9 @@ list(FILTER POCKETSPHINX_INCLUDE_DIRS EXCLUDE REGEX "^/usr/include/sphinxbase$")
 set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_INCLUDE_DIRECTORIES ${POCKETSPHINX_INCLUDE_DIRS})
 pkg_get_variable(POCKETSPHINX_MODEL_DIR pocketsphinx modeldir)
 mouthpiece_require_pkgconfig(espeak-ng ESPEAK libespeak-ng-dev)
-# eSpeak NG and Flite are loaded when they speak (src/base/late_library.h): their sound servers' libraries and the voices' tables took
-# half of a start.
-set_property(TARGET PkgConfig::ESPEAK PROPERTY INTERFACE_LINK_LIBRARIES)
+# eSpeak NG and Flite are loaded when they speak, PocketSphinx when it hears (src/base/late_library.h): their sound servers' libraries
+# and the voices' tables took half of a start; what brings LAPACK may start a thread for each core.
+set_property(TARGET PkgConfig::ESPEAK PkgConfig::POCKETSPHINX PROPERTY INTERFACE_LINK_LIBRARIES)
 mouthpiece_require_pkgconfig(icu-i18n ICU libicu-dev)
 mouthpiece_require_pkgconfig(aubio AUBIO libaubio-dev)
 # aubio's shared library brings over a hundred others, for media files that it is not asked to open: half of a program's start.

@@ -34,7 +34,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # What the programs start, load or read while they run: voices, and the acoustic model of the aligner.
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS
-  "festival, festvox-us-slt-hts, festvox-kallpc16k, libflite1, libespeak-ng1, espeak-ng-data, pocketsphinx-en-us")
+  "festival, festvox-us-slt-hts, festvox-kallpc16k, libflite1, libespeak-ng1, espeak-ng-data, libpocketsphinx3, pocketsphinx-en-us")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS "nodejs")  # recordings without their words are heard better with it
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "ffmpeg, blender, mecab, open-jtalk-mecab-naist-jdic")
 set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION

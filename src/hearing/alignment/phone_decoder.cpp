@@ -1,9 +1,6 @@
 #include "hearing/alignment/phone_decoder.h"
 
 #include <fmt/format.h>
-#include <pocketsphinx.h>
-#include <sphinxbase/err.h>
-#include <sphinxbase/feat.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +8,6 @@
 #include <cstring>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -27,6 +23,7 @@
 #include "hearing/alignment/phone_search.h"
 #include "hearing/alignment/samples_to_hear.h"
 #include "hearing/alignment/speaker_adaptation.h"
+#include "hearing/alignment/sphinx_functions.h"
 
 namespace mouthpiece {
 namespace {
@@ -50,14 +47,7 @@ constexpr double kPauseInMusicPrice = 70.0, kPauseInMusicFramePrice = 2.0;
 /// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
 constexpr double kForeignPause = 140.0;  // nats
 
-struct ConfigDeleter {
-  void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
-};
-struct DecoderDeleter {
-  void operator()(ps_decoder_t* decoder) const { ps_free(decoder); }
-};
-using Config = std::unique_ptr<cmd_ln_t, ConfigDeleter>;
-using Decoder = std::unique_ptr<ps_decoder_t, DecoderDeleter>;
+using Decoder = SphinxPointer<ps_decoder_t>;
 
 std::filesystem::path modelOr(const std::filesystem::path& model, const Language& language) {
   const std::filesystem::path folder =
@@ -76,12 +66,9 @@ std::string_view heardAs(const LanguagePhone& phone) {
 
 /// For its front end alone: this model's cepstra and what is made of them.
 Decoder makeDecoder(const std::filesystem::path& model) {
-  static std::once_flag silenced;
-  std::call_once(silenced, [] { err_set_logfp(nullptr); });
   // No noise removal: it moves edges.
-  const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
-                                  "-remove_silence", "no", "-dither", "no", nullptr));
-  Decoder decoder(config ? ps_init(config.get()) : nullptr);
+  Decoder decoder =
+      makeSphinxDecoder({"-hmm", model.string(), "-remove_noise", "no", "-remove_silence", "no", "-dither", "no"});
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   return decoder;
 }
@@ -143,7 +130,7 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
   std::vector<mfcc_t*> rows;
   for (std::vector<float>& row : cepstra) rows.push_back(row.data());
   auto frames = static_cast<int32>(rows.size());
-  const std::unique_ptr<mfcc_t**, decltype(&feat_array_free)> made(feat_array_alloc(maker, frames), feat_array_free);
+  const SphinxPointer<mfcc_t**> made(feat_array_alloc(maker, frames));
   frames = feat_s2mfc2feat_live(maker, rows.data(), &frames, TRUE, TRUE, made.get());
   Eigen::MatrixXf features(feat_dimension(maker), std::max(frames, 0));
   for (Eigen::Index frame = 0; frame < features.cols(); ++frame)

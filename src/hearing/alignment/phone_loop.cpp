@@ -1,15 +1,12 @@
 #include "hearing/alignment/phone_loop.h"
 
-#include <sphinxbase/err.h>
-#include <sphinxbase/logmath.h>
-#include <sphinxbase/ngram_model.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "hearing/alignment/sphinx_functions.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,13 +14,6 @@ namespace {
 /// A state keeps its sound for some frames: of the next frame's probability, half.
 constexpr float kStays = 0.5F;
 constexpr Eigen::Index kWeighedAtOnce = 64;
-
-struct LanguageModelDeleter {
-  void operator()(ngram_model_t* model) const { ngram_model_free(model); }
-};
-struct LogMathDeleter {
-  void operator()(logmath_t* math) const { logmath_free(math); }
-};
 
 bool isNoise(const TiedModel::Codebook& codebook) { return codebook.phone.starts_with('+'); }
 
@@ -87,9 +77,8 @@ void PhoneLoop::addOrder(const std::filesystem::path& file) {
   const auto n = unsignedIndex(size_);
   order_.assign(n, Eigen::MatrixXf::Constant(size_, size_, 1.0F / asFloat(asReal(n))));
   if (file.empty() || !std::filesystem::exists(file)) return;
-  const std::unique_ptr<logmath_t, LogMathDeleter> math(logmath_init(1.0001, 0, 0));
-  const std::unique_ptr<ngram_model_t, LanguageModelDeleter> model(
-      ngram_model_read(nullptr, file.c_str(), NGRAM_AUTO, math.get()));
+  const SphinxPointer<logmath_t> math(logmath_init(1.0001, 0, 0));
+  const SphinxPointer<ngram_model_t> model(ngram_model_read(nullptr, file.c_str(), NGRAM_AUTO, math.get()));
   if (!model) throw InputError(file.string(), "", "is no language model that PocketSphinx can read");
   std::vector<std::string> names;
   for (const TiedModel::Codebook& codebook : model_->codebooks)

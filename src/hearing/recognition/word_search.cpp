@@ -1,24 +1,18 @@
 #include "hearing/recognition/sound_search.h"
 
 #include <fmt/format.h>
-#include <pocketsphinx.h>
-#include <ps_lattice.h>
-#include <sphinxbase/cmn.h>
-#include <sphinxbase/err.h>
-#include <sphinxbase/feat.h>
-#include <sphinxbase/fsg_model.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <set>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "hearing/alignment/sphinx_functions.h"
 
 namespace mouthpiece {
 namespace {
@@ -36,16 +30,6 @@ constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
 /// What the graph keeps at less is nothing; natural logarithm.
 constexpr double kLeastKept = -30;
-
-struct SearchConfigDeleter {
-  void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
-};
-struct SearchDecoderDeleter {
-  void operator()(ps_decoder_t* decoder) const { ps_free(decoder); }
-};
-struct BookDeleter {
-  void operator()(fsg_model_t* graph) const { fsg_model_free(graph); }
-};
 
 fs::path modelFolder() { return MOUTHPIECE_SPHINX_MODELS; }
 /// The packages name a language model as the acoustic one beside it: en-us/en-us and en-us/en-us.lm.bin.
@@ -77,7 +61,7 @@ class SearchBeams {
 }  // namespace
 
 struct WordSearch::State {
-  std::unique_ptr<ps_decoder_t, SearchDecoderDeleter> decoder;
+  SphinxPointer<ps_decoder_t> decoder;
   bool has_model = false, has_book = false;
   std::string model;
 };
@@ -94,14 +78,10 @@ WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State
                     "apt-get install pocketsphinx-en-us), or to hear phones",
                     language.name));
   }
-  static std::once_flag silenced;
-  std::call_once(silenced, [] { err_set_logfp(nullptr); });
   const fs::path acoustic = modelFolder() / language.acoustic_model, words = modelFolder() / language.dictionary;
   // Every frame is kept, so that times stay.
-  const std::unique_ptr<cmd_ln_t, SearchConfigDeleter> config(
-      cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic.c_str(), "-dict", words.c_str(), "-remove_silence", "no",
-                  "-dither", "no", "-lw", kLanguageWeight, "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
-  state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
+  state_->decoder = makeSphinxDecoder({"-hmm", acoustic.string(), "-dict", words.string(), "-remove_silence", "no",
+                                       "-dither", "no", "-lw", kLanguageWeight, "-maxhmmpf", "3000", "-maxwpf", "10"});
   state_->model = wordModel(language).string();
   if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
   ps_get_feat(state_->decoder.get())->cmn = CMN_NONE;  // cepstraOf() takes the mean off
@@ -242,7 +222,7 @@ void WordSearch::setBook(const PhraseBook& book) {
   if (states.empty()) return;
   const int final_state = static_cast<int>(states.size()) + 2;
   constexpr double kWeight = 6.5;  // PocketSphinx' usual one
-  const std::unique_ptr<fsg_model_t, BookDeleter> graph(
+  const SphinxPointer<fsg_model_t> graph(
       fsg_model_init("book", ps_get_logmath(decoder), static_cast<float>(kWeight), final_state + 1));
   const auto cost = [&](double probability) {
     return static_cast<int>(kWeight * logmath_log(ps_get_logmath(decoder), probability));
