@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Trains the vowel network (docs/theory/hearing/vowel_network.md) and writes its weights.
+"""Trains the vowel network (docs/theory/hearing/vowel_training.md) and writes its weights.
 
     apt-get install python3-torch python3-numpy libopenblas0-pthread sox libsox-fmt-all festival festvox-italp16k \\
         festvox-itapc16k festvox-suopuhe-lj festvox-suopuhe-mv festvox-czech-dita festvox-czech-krb \\

@@ -1,4 +1,4 @@
-"""The sounds the vowel network learns from (docs/theory/hearing/vowel_network.md): the singers of singing_vowels, Festival's
+"""The sounds the vowel network learns from (docs/theory/hearing/vowel_training.md): the singers of singing_vowels, Festival's
 voices, the alphabets of KLettres, and singers modelled on people's measured formants. A sound is (who, samples at
 16 kHz, [(start_s, end_s, class)])."""
 import csv

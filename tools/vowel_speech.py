@@ -1,5 +1,5 @@
 """Vowels that people read aloud: the descriptions of Tux Paint's stamps, in six languages with plain vowels, each
-aligned with its text by networks that heard none of the singers (docs/theory/hearing/vowel_network.md, "Training")."""
+aligned with its text by networks that heard none of the singers (docs/theory/hearing/vowel_training.md)."""
 import glob
 import os
 import re

@@ -14,7 +14,7 @@ namespace mouthpiece {
 namespace {
 
 /// Pairs that nobody said are predicted to move less than they do: this share is added to what they move about the mean
-/// within a Gaussian of that standard deviation (docs/theory/units/prediction.md).
+/// within a Gaussian of that standard deviation (docs/theory/units/context_transfer.md).
 constexpr double kUnsaidGain = 0.25;
 constexpr Seconds kUnsaidWithin = 0.150;
 constexpr double kSmoothedDeviations = 3;  ///< that a Gaussian is followed for

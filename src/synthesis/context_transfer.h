@@ -15,8 +15,8 @@
 namespace mouthpiece {
 
 /// How captured fragments are moved from the context that they were captured in to the line's
-/// (docs/theory/units/prediction.md). The defaults were set on development takes; `corpus evaluate --ablation` turns
-/// each off.
+/// (docs/theory/units/context_transfer.md). The defaults were set on development takes; `corpus evaluate --ablation`
+/// turns each off.
 struct ContextOptions {
   bool enabled = true;                          ///< viterbi in a corpus with a trajectory model
   bool fragments = true;                        ///< off: the prediction alone moves the face

@@ -64,7 +64,7 @@ struct CouplingSearch {
 
 /// Optimal coupling: the blend of lips and chin for which is least, added up over its length, by how far the lips of
 /// both lie apart, what velocity the blend itself adds to theirs, and how fast they move
-/// (docs/theory/units/selection.md).
+/// (docs/theory/units/joining.md).
 TimeSpan cheapestCoupling(const Fragment& before, const Fragment& after, const CouplingSearch& search);
 
 /// By how much the markers of two fragments lie apart at the middle of their join. Left to the blend alone, 3 mm in 60

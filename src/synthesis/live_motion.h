@@ -24,8 +24,8 @@ struct LiveFrames {
   std::vector<TonguePose> tongue;
 };
 
-/// The guided motion (docs/theory/units/prediction.md) of a line that is still being said: each frame is made from a
-/// window around it, from what was said within the last two seconds to what is known of what comes
+/// The guided motion (docs/theory/units/context_transfer.md) of a line that is still being said: each frame is made
+/// from a window around it, from what was said within the last two seconds to what is known of what comes
 /// (docs/theory/units/live.md). Fragments that a frame was made of are kept; those ahead are chosen again as more
 /// is known. Where that moves a frame beside one that was shown, the difference fades away. Time and memory of a frame
 /// do not grow with the line. Refers to the database. For one thread.

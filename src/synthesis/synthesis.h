@@ -17,7 +17,7 @@
 
 namespace mouthpiece {
 
-/// What goes beyond EDGE as published when captured fragments are placed and joined (docs/theory/units/selection.md).
+/// What goes beyond EDGE as published when captured fragments are placed and joined (docs/theory/units/joining.md).
 /// Each is a row of `corpus evaluate --ablation`.
 struct Departures {
   bool silences_keep_their_pace = true;  ///< off: they are stretched as phones are
@@ -30,7 +30,7 @@ struct SynthesisOptions {
   double frame_rate_hz = 60;
   SelectionOptions selection;
   BlendKind blend = BlendKind::kSmooth;
-  double overlap_ms = 60;       ///< length of the blend at a join; see docs/theory/units/selection.md
+  double overlap_ms = 60;       ///< length of the blend at a join; see docs/theory/units/joining.md
   bool search_coupling = true;  ///< of fragments that are moved into the line's context: cheapestCoupling()
   ContextOptions context;
   Departures departures;

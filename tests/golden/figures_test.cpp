@@ -270,7 +270,7 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
 }
 
 /// Vowels of real singers, frame by frame, every eighth file. The shipped network has learnt from these singers, so
-/// that this holds what it does and says nothing of strangers (docs/theory/hearing/vowel_network.md).
+/// that this holds what it does and says nothing of strangers (docs/theory/hearing/vowel_training.md).
 TEST(RealSingers, VowelsAreHeardAsTheyWereMarked) {
   if (!fs::exists(kSingers / "labels.csv")) GTEST_SKIP() << "no singers in " << kSingers;
   constexpr double kRight = 0.9536, kMerged = 0.9604, kWorst = 0.97;

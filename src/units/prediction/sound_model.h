@@ -14,7 +14,7 @@ inline constexpr Eigen::Index kSoundMeasures = 13;
 /// Deviations 60 ms before, at and after a moment; in silence also those within 120 ms, where breath is heard.
 inline constexpr Eigen::Index kSoundFeatures = 8 * kSoundMeasures;
 
-/// What a recording says beyond its phones, and what that moves (docs/theory/units/prediction.md). Empty where the
+/// What a recording says beyond its phones, and what that moves (docs/theory/units/sound_model.md). Empty where the
 /// corpus has no sound or nothing in it told anything about takes left out.
 struct SoundModel {
   Eigen::MatrixXd expected;          ///< kPhoneCount x kSoundMeasures: how this speaker's phones sound
