@@ -19,7 +19,7 @@ PANELS = [
     ("jerk_ratio", "jerk ratio", 1),
     ("lve_mm2", "LVE, mm²", 1),
 ]
-COLOURS = {"greedy": "#c0392b", "viterbi": "#1f6feb"}
+COLOURS = {"greedy": "#c0392b", "guided": "#1f6feb"}
 WIDTH, HEIGHT, GAP, COLUMNS = 210, 150, 50, 4
 
 
