@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "audio/audio_clip.h"
+#include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "support/error_of.h"
@@ -100,6 +101,21 @@ TEST_F(AudioFileTest, TurnsOverASecondChannelThatMirrorsTheFirst) {
     ASSERT_NEAR(clip.samples[i], 0.95F * mirrored[2 * i], 1e-4F) << i;
     ASSERT_NEAR(half.samples[i], 0.5F * mirrored[2 * i], 1e-4F) << i;
   }
+}
+
+/// A foreign file keeps both channels on its way through ffmpeg.
+TEST_F(AudioFileTest, TurnsOverAMirroredChannelOfAForeignFile) {
+  const auto ffmpeg = findProgram("ffmpeg");
+  if (!ffmpeg) GTEST_SKIP() << "no ffmpeg; get it with: sudo apt-get install ffmpeg";
+  std::vector<float> mirrored;
+  for (const float sample : sine(16000, 440, 4000).samples) mirrored.insert(mirrored.end(), {sample, -sample});
+  writeWithSndfile(file("m.wav"), SF_FORMAT_WAV | SF_FORMAT_PCM_16, 2, mirrored);
+  const ChildResult made = runChild(*ffmpeg, {"-nostdin", "-v", "error", "-i", "m.wav", "-c:a", "pcm_s16le", "m.caf"},
+                                    file("m.wav").parent_path(), 60);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const AudioClip clip = readAudio(file("m.caf"));
+  ASSERT_EQ(clip.samples.size(), 4000U);
+  for (std::size_t i = 0; i < 4000; ++i) ASSERT_NEAR(clip.samples[i], mirrored[2 * i], 1e-4F) << i;
 }
 
 /// None keeps the number of samples.
