@@ -2,7 +2,7 @@
 """Trains what tells phones by what the network of words hears, and writes its weights.
 
     apt-get install python3-numpy libopenblas0-pthread ffmpeg
-    tools/train_phones.py --grid ../shared/capture/grid_s1/takes --out src/hearing/recognition/network_phones.weights
+    tools/train_phones.py --grid ../shared/capture/grid_s1/takes --out src/hearing/network/network_phones.weights
 
 Needs what `make build` makes, and takes a quarter of an hour. With --without-grid no take teaches, so that all of them
 can judge. docs/theory/hearing/network_phones.md tells what was learnt from what.

@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_encoding.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 #include "motion/formats/motion_file.h"
 #include "phonetics/labels/label_files.h"
 

@@ -7,8 +7,8 @@
 #include "corpus_tools/takes/take_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
-#include "hearing/recognition/network_doubt.h"
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_doubt.h"
+#include "hearing/network/network_phones.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {

@@ -14,7 +14,7 @@
 #include "exports/shapes/principal_shapes.h"
 #include "expression/live_face.h"
 #include "hearing/alignment/pronouncer.h"
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
 #include "mouthpiece/live.h"
 #include "phonetics/labels/phone_lengths.h"
 #include "speaker/live_parts.h"

@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "base/errors.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 
 namespace mouthpiece {
 namespace {

@@ -16,7 +16,7 @@
 #include "base/index.h"
 #include "corpus_tools/takes/lip_measures.h"
 #include "hearing/alignment/phone_ear.h"
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
 #include "mouthpiece/mouthpiece.h"
 #include "mouthpiece/speaker.h"
 #include "speaker/speaker_data.h"

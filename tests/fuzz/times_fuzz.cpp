@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 /// What can be read has times that rise.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

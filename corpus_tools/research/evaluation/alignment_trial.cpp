@@ -17,7 +17,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_phones.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,7 +8,7 @@
 #include "audio/audio_clip.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/speech_finder.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"

@@ -5,7 +5,7 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_phones.h"
 
 namespace mouthpiece {
 namespace {

@@ -12,15 +12,15 @@
 #include "base/memory.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
+#include "hearing/network/network_phones.h"
+#include "hearing/network/word_network.h"
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
-#include "hearing/recognition/network_phones.h"
 #include "hearing/recognition/phones_in_words.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/said_stretches.h"
 #include "hearing/recognition/stretch_hearing.h"
 #include "hearing/recognition/word_decider.h"
-#include "hearing/recognition/word_network.h"
 
 namespace mouthpiece {
 namespace {

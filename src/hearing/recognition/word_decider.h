@@ -10,12 +10,12 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/voice_transform.h"
+#include "hearing/network/network_phones.h"
+#include "hearing/network/word_network.h"
 #include "hearing/recognition/known_lines.h"
-#include "hearing/recognition/network_phones.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/stretch_hearing.h"
-#include "hearing/recognition/word_network.h"
 
 namespace mouthpiece {
 

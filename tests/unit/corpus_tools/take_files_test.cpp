@@ -11,7 +11,7 @@
 #include "base/files.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/pose_fit.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"

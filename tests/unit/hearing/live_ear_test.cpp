@@ -1,4 +1,4 @@
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
 
 #include <gtest/gtest.h>
 

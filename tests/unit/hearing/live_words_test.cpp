@@ -1,4 +1,4 @@
-#include "hearing/recognition/live_words.h"
+#include "hearing/live/live_words.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "base/child_process.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
 #include "support/gust.h"
 #include "support/heard_share.h"
 #include "voices/voice.h"

@@ -1,4 +1,4 @@
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_phones.h"
 
 #include <gtest/gtest.h>
 
@@ -20,12 +20,12 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
+#include "hearing/network/word_network.h"
 #include "hearing/recognition/phones_in_words.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/said_stretches.h"
 #include "hearing/recognition/stretch_hearing.h"
-#include "hearing/recognition/word_network.h"
 #include "phonetics/labels/labels_builder.h"
 #include "support/error_of.h"
 #include "support/gust.h"

@@ -13,7 +13,7 @@
 
 #include "hearing/recognition/known_lines.h"
 #include "hearing/recognition/sound_search.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 namespace mouthpiece {
 namespace {

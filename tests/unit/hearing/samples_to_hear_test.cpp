@@ -11,7 +11,7 @@
 #include "base/files.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/recognition/recogniser.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {

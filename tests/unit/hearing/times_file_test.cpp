@@ -1,4 +1,4 @@
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

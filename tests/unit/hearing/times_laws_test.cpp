@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 namespace mouthpiece {
 namespace {

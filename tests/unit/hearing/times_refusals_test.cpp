@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 #include "support/error_of.h"
 
 namespace mouthpiece {

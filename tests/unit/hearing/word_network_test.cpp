@@ -1,4 +1,4 @@
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "audio/audio_clip.h"
 #include "base/child_process.h"
 #include "hearing/alignment/forced_alignment.h"
-#include "hearing/recognition/network_doubt.h"
+#include "hearing/network/network_doubt.h"
 #include "hearing/recognition/recogniser.h"
 #include "support/error_of.h"
 #include "support/gust.h"
@@ -257,7 +257,7 @@ TEST_F(BrokenNetwork, TellsNoHalfOfACharacter) {
     const run = async () => ({ logits: { data: Float32Array.from({ length: 6 }, (_, i) => (i === tokens[asked] ? 9 : 0)) } });
     export const InferenceSession = { create: async (file) => ({
       run: async () => file.includes('encoder') ? {} : run().then((made) => (++asked, made)) }) };)";
-  fs::copy_file(MOUTHPIECE_SOURCE_DIR "/src/hearing/recognition/hear_words.mjs", folder / "hear_words.mjs",
+  fs::copy_file(MOUTHPIECE_SOURCE_DIR "/src/hearing/network/hear_words.mjs", folder / "hear_words.mjs",
                 fs::copy_options::overwrite_existing);
   const std::vector<std::int16_t> samples(16000);
   const std::vector<std::span<const std::int16_t>> sounds{samples};

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { WordPieces } from '../../../src/hearing/recognition/word_pieces.mjs';
+import { WordPieces } from '../../../src/hearing/network/word_pieces.mjs';
 
 const [folder, ...files] = process.argv.slice(2);
 const { default: theirs } = await import(

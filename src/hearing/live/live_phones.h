@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece {

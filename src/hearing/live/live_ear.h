@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "hearing/alignment/phone_ear.h"
-#include "hearing/recognition/live_phones.h"
-#include "hearing/recognition/live_words.h"
+#include "hearing/live/live_phones.h"
+#include "hearing/live/live_words.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/language/language.h"
 

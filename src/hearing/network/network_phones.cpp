@@ -1,4 +1,4 @@
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_phones.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {

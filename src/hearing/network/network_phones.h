@@ -7,7 +7,7 @@
 
 #include "base/time.h"
 #include "hearing/alignment/forced_alignment.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "phonetics/language/language.h"
 #include "phonetics/language/phone.h"
 

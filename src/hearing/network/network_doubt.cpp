@@ -1,4 +1,4 @@
-#include "hearing/recognition/network_doubt.h"
+#include "hearing/network/network_doubt.h"
 
 #include <fmt/format.h>
 

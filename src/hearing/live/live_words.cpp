@@ -1,4 +1,4 @@
-#include "hearing/recognition/live_words.h"
+#include "hearing/live/live_words.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include "base/index.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
-#include "hearing/recognition/answering_thread.h"
+#include "hearing/live/answering_thread.h"
 #include "hearing/recognition/collected_speech.h"
 #include "hearing/recognition/hearing_odds.h"
 

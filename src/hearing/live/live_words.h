@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/language/language.h"
 #include "phonetics/text/lexicon.h"

@@ -8,7 +8,7 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
-#include "hearing/recognition/times_reader.h"
+#include "hearing/times/times_reader.h"
 #include "phonetics/labels/label_entries.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/labels/textgrid.h"

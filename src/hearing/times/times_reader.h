@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "base/json_fields.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 namespace mouthpiece {
 

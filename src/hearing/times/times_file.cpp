@@ -1,4 +1,4 @@
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
-#include "hearing/recognition/times_reader.h"
+#include "hearing/times/times_reader.h"
 #include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {

@@ -13,7 +13,7 @@
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/samples_to_hear.h"
 #include "hearing/alignment/speech_finder.h"
-#include "hearing/recognition/times_file.h"
+#include "hearing/times/times_file.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {

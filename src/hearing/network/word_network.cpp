@@ -1,4 +1,4 @@
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 
 #include <fmt/format.h>
 

@@ -13,7 +13,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
-#include "hearing/recognition/times_reader.h"
+#include "hearing/times/times_reader.h"
 
 namespace mouthpiece {
 namespace {

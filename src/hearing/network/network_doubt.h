@@ -5,7 +5,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/alignment/samples_to_hear.h"
-#include "hearing/recognition/word_network.h"
+#include "hearing/network/word_network.h"
 
 namespace mouthpiece {
 

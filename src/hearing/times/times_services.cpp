@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/text_numbers.h"
-#include "hearing/recognition/times_reader.h"
+#include "hearing/times/times_reader.h"
 
 namespace mouthpiece {
 namespace {

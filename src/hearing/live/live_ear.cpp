@@ -1,4 +1,4 @@
-#include "hearing/recognition/live_ear.h"
+#include "hearing/live/live_ear.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
-#include "hearing/recognition/network_phones.h"
+#include "hearing/network/network_phones.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,4 +1,4 @@
-#include "hearing/recognition/live_phones.h"
+#include "hearing/live/live_phones.h"
 
 #include <chrono>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/phone_ear.h"
-#include "hearing/recognition/answering_thread.h"
-#include "hearing/recognition/network_phones.h"
+#include "hearing/live/answering_thread.h"
+#include "hearing/network/network_phones.h"
 
 namespace mouthpiece {
 namespace {
