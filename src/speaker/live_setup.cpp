@@ -3,6 +3,7 @@
 #include "base/errors.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/live/live_ear.h"
+#include "speaker/line_sounds.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 

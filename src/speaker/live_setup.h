@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
@@ -14,7 +13,6 @@
 
 namespace mouthpiece {
 
-struct LabelledSound;
 class LiveEar;
 
 /// What a speaker gives to its live streams; they share its corpus and face.
@@ -28,9 +26,6 @@ struct LiveSetup {
   const Language* language;
   SpeakerOptions::Hear hear = SpeakerOptions::Hear::kAuto;
 };
-
-/// Takes whose sound tells how the corpus' speaker says his phones, at most so many, evenly spaced.
-std::vector<LabelledSound> soundsOf(const Corpus& corpus, std::size_t most);
 
 /// What hears a stream's sound; `setup` outlives it. Throws InputError where words are wanted that nothing hears.
 std::unique_ptr<LiveEar> makeLiveEar(const LiveSetup& setup, const LiveOptions& options);

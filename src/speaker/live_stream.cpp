@@ -55,8 +55,9 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
 
 void LiveStream::Data::makeOwnVoice() {
   if (voice) return;
-  voice = makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
-                                              setup.synthesis.selection, setup.rate});
+  voice = makeVoice(setup.voice.empty() ? voiceFor(*setup.language) : setup.voice,
+                    VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
+                                 setup.synthesis.selection, setup.rate});
 }
 
 void LiveStream::Data::makePronouncer() {

@@ -1,0 +1,252 @@
+#include "speaker/line_sounds.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "base/memory.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/lyrics.h"
+#include "hearing/alignment/samples_to_hear.h"
+#include "hearing/network/network_doubt.h"
+#include "hearing/network/network_phones.h"
+#include "hearing/recognition/recogniser.h"
+#include "hearing/times/times_file.h"
+#include "phonetics/labels/label_files.h"
+#include "phonetics/language/kana.h"
+#include "phonetics/text/speakable_text.h"
+#include "singing/song.h"
+#include "singing/song_beside_sound.h"
+#include "speaker/shared_files.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A longer recording is read again after its words were found, so that it is not held while they are.
+constexpr Seconds kReadTwice = SamplesToHear::kInMemoryUntil;
+/// A longer recording is kept at the rate that is heard: at 48 kHz an hour of samples would take 690 MB.
+constexpr Seconds kOwnRateUntil = 1200;
+
+AudioClip readRecording(const std::filesystem::path& path) {
+  return readAudio(path, {.own_rate_until = kOwnRateUntil});
+}
+
+PhonePairs phonePairsOf(const UnitDatabase& units) {
+  PhonePairs pairs;
+  for (std::size_t a = 0; a < kPhoneCount; ++a) {
+    for (std::size_t b = 0; b < kPhoneCount; ++b) {
+      if (units.hasDiphone(Phone(a), Phone(b))) pairs.add(Phone(a), Phone(b));
+    }
+  }
+  return pairs;
+}
+
+/// What the corpus' takes say may be said again.
+std::vector<std::string> linesOf(const Corpus& corpus) {
+  constexpr std::size_t kMostLines = 2000;
+  std::set<std::string> lines;
+  for (const TakeIndex take : evenlySpreadTakes(corpus, kMostLines)) {
+    if (const std::string& text = takeOf(corpus, take).text; !text.empty()) lines.insert(text);
+  }
+  return {lines.begin(), lines.end()};
+}
+
+std::string recordedVoice(const std::filesystem::path& audio) { return "recorded:" + audio.filename().string(); }
+
+/// The line's recording, nothing known of it yet.
+LineSound recorded(const Line& source) {
+  LineSound made;
+  made.line.audio = readRecording(source.audio);
+  made.line.voice = recordedVoice(source.audio);
+  return made;
+}
+
+void addNotice(SpokenLine& line, const std::string& notice) {
+  if (!notice.empty()) line.notice += (line.notice.empty() ? "" : "; ") + notice;
+}
+
+}  // namespace
+
+std::vector<LabelledSound> soundsOf(const Corpus& corpus, std::size_t most) {
+  std::vector<LabelledSound> sounds;
+  const std::size_t every = takeCount(corpus) / most + 1;
+  for (std::size_t i = 0; i < takeCount(corpus); i += every) {
+    const CorpusTake& take = takeOf(corpus, TakeIndex(i));
+    sounds.push_back(
+        {corpus.take_source != nullptr ? corpus.take_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
+  }
+  return sounds;
+}
+
+LineSounds::LineSounds(const SpeakerOptions& options, SharedCorpus corpus, const SynthesisOptions& synthesis,
+                       const Language& language, const Lexicon* lexicon)
+    : options_(options), corpus_(std::move(corpus)), synthesis_(synthesis), language_(language), lexicon_(lexicon) {}
+
+LineSounds::~LineSounds() = default;
+
+ForcedAligner& LineSounds::aligner() {
+  if (!aligner_) aligner_ = std::make_unique<ForcedAligner>(std::filesystem::path(), language_);
+  return *aligner_;
+}
+
+Pronouncer& LineSounds::pronouncer() {
+  if (!pronouncer_) pronouncer_ = std::make_unique<Pronouncer>(lexicon_, language_);
+  return *pronouncer_;
+}
+
+const std::shared_ptr<WordNetwork>& LineSounds::network() {
+  if (!word_network_) word_network_ = sharedWordNetwork();
+  return word_network_;
+}
+
+LineSound LineSounds::alignRecording(const Line& source) {
+  LineSound made = recorded(source);
+  SpokenLine& line = made.line;
+  line.text = source.text;
+  const std::vector<TranscriptWord> words = pronouncer().wordsOf(source.text);
+  const SpeechKind kind = source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken;
+  const Seconds lasts = line.audio.duration();
+  const bool is_long = lasts > kReadTwice;
+  const SamplesToHear to_hear(line.audio);
+  if (is_long) line.audio = {};
+  const bool asks_network = options_.hear != SpeakerOptions::Hear::kPhones;
+  std::string failure;
+  HeardPhones heard;
+  if (asks_network && !source.is_sung) {
+    heard = phonesBesideText(*network(), to_hear.all(), language_, failure);
+    if (is_long) network()->endWaiting();  // the aligner needs memory, too
+  }
+  ForcedAlignment alignment =
+      aligner().align(to_hear, lasts, words, source.audio.string(), kind, BorderTimes::kFine, heard);
+  if (is_long) {
+    aligner_.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
+    giveBackMemory();
+  }
+  if (asks_network && failure.empty()) {
+    failure = judgeByNetwork(*network(), pronouncer(), to_hear, alignment);
+    if (is_long) network()->endWaiting();
+  }
+  if (is_long) line.audio = readRecording(source.audio);
+  addNotice(line, doubtsAbout(alignment));
+  addNotice(line, failure);
+  line.labels = std::move(alignment.labels);
+  return made;
+}
+
+LineSound LineSounds::hearRecording(const Line& source) {
+  std::unique_ptr<Recogniser> timed;
+  if (!source.times.empty()) {
+    timed = makeTimedRecogniser(source.times, lexicon_, language_);
+  } else if (!recogniser_ || recogniser_hint_ != source.hint) {
+    RecogniserOptions wanted;
+    wanted.as = options_.hear == SpeakerOptions::Hear::kWords    ? HearAs::kWords
+                : options_.hear == SpeakerOptions::Hear::kPhones ? HearAs::kPhones
+                                                                 : HearAs::kAuto;
+    wanted.hint = source.hint;
+    wanted.known = linesOf(corpus_.data().corpus);
+    wanted.speaker = [from = corpus_](std::size_t most) { return soundsOf(from.data().corpus, most); };
+    wanted.lexicon = lexicon_;
+    wanted.language = &language_;
+    wanted.word_network = network();
+    recogniser_ = makeRecogniser(wanted);
+    recogniser_hint_ = source.hint;
+  }
+  LineSound made = recorded(source);
+  SpokenLine& line = made.line;
+  const bool is_long = line.audio.duration() > kReadTwice;
+  Recogniser& by = timed ? *timed : *recogniser_;
+  HeardSpeech heard = by.hear(is_long ? std::exchange(line.audio, {}) : line.audio, source.audio.string());
+  if (is_long) {
+    recogniser_.reset();  // to make it anew for the next line takes a second
+    giveBackMemory();
+    line.audio = readRecording(source.audio);
+  }
+  line.labels = std::move(heard.labels);
+  line.text = std::move(heard.text);
+  for (const std::string& warning : heard.warnings) addNotice(line, warning);
+  made.notices = std::move(heard.notices);
+  made.confidence = std::move(heard.confidence);
+  return made;
+}
+
+LineSound LineSounds::readLabelled(const Line& source) {
+  LineSound made = recorded(source);
+  SpokenLine& line = made.line;
+  line.labels = readLabels(source.phones, {.language = &language_});
+  if (!source.is_sung) line.notice = doubtsAbout(line.labels, line.audio, aligner(), source.audio.string());
+  line.text = source.text;
+  for (const LabelledWord& word : line.labels.words) {
+    if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
+  }
+  return made;
+}
+
+LineSound LineSounds::speak(const std::string& text) {
+  if (lexicon_)
+    line_lexicon_ = lexiconForLine(*lexicon_, speakableText(text, language_), phonePairsOf(corpus_.data().units));
+  if (!voice_) {
+    voice_ = makeVoice(options_.voice.empty() ? voiceFor(language_) : options_.voice,
+                       VoiceOptions{line_lexicon_ ? &*line_lexicon_ : nullptr, &corpus_.data().units,
+                                    synthesis_.selection, options_.rate});
+  }
+  return {{voice_->speak(text), {}, {}}};
+}
+
+LineSound LineSounds::speakOrRead(const Line& source) {
+  if (source.audio.empty()) return speak(source.text);
+  if (!source.times.empty() || (source.phones.empty() && source.text.empty())) return hearRecording(source);
+  if (source.phones.empty()) return alignRecording(source);
+  if (!lacksPhones(source.phones)) return readLabelled(source);
+  Line words = source;
+  words.times = std::exchange(words.phones, {});
+  LineSound made = hearRecording(words);
+  if (!source.text.empty()) made.line.text = source.text;
+  addNotice(made.line, fmt::format("{} has words without phones: these are found in the sound", words.times.string()));
+  return made;
+}
+
+SpeechLabels LineSounds::withLikelyWords(SpeechLabels labels) {
+  if (!LikelyWords::areNeededFor(labels)) return labels;
+  if (!likely_words_) {
+    likely_words_.emplace(language_);
+    const Corpus& own = corpus_.data().corpus;
+    for (const TakeIndex take : evenlySpreadTakes(own, kTakesOfWords)) likely_words_->add(takeOf(own, take).labels);
+  }
+  return likely_words_->complete(labels);
+}
+
+std::vector<GuessedWord> LineSounds::guessesIn(const SpeechLabels& labels) {
+  const Pronouncer& known = pronouncer();
+  std::vector<GuessedWord> guesses;
+  for (const LabelledWord& word : labels.words) {
+    if (word.text.empty() || known.knows(word.text)) continue;
+    if (!pronounceKana(word.text).phones.empty()) continue;  // in an English line: of a song, as they are written
+    GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
+    for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
+      guess.phones.emplace_back(labels.phones[i].name());
+  }
+  return guesses;
+}
+
+LineSound LineSounds::songOf(const Line& source) {
+  const Song song = readSong(source.song);
+  AudioClip sound;
+  if (!source.audio.empty()) sound = readRecording(source.audio);  // before Festival sings for nothing
+  SungLine sung = singSong(song, {{}, lexicon_, {}});
+  if (source.audio.empty()) return {std::move(sung)};
+  sung = besideSound(std::move(sung), std::move(sound), source.song_offset, aligner(), source.audio.string());
+  sung.line.voice = recordedVoice(source.audio);
+  return {std::move(sung)};
+}
+
+LineSound LineSounds::soundOf(const Line& source) {
+  if (!source.song.empty()) return songOf(source);
+  LineSound made = speakOrRead(source);
+  if (!source.is_sung && !synthesis_.curves.ma.automatic && synthesis_.curves.alone != CurveStyle::kSing) return made;
+  SungLine heard = hearSong(std::move(made.line));
+  if (source.audio.empty()) heard.warnings.clear();  // a voice of ours is not silent, clipped or off its text
+  heard.notices.insert(heard.notices.begin(), made.notices.begin(), made.notices.end());
+  return {std::move(heard), std::move(made.confidence)};
+}
+
+}  // namespace mouthpiece
