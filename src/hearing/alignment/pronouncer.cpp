@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
 #include <optional>
+#include <unordered_map>
 
 #include "base/errors.h"
 #include "base/file_parts.h"
@@ -141,12 +143,27 @@ struct Pronouncer::State {
   const Lexicon* lexicon;
   const Language& language;
   Dictionary dictionary;
+  mutable std::mutex mutex;  ///< of `kept`
+  mutable std::unordered_map<std::string, std::vector<Pronunciation>> kept = {};
 
   [[nodiscard]] std::vector<Pronunciation> fromLexicon(std::string_view word) const {
     return lexicon == nullptr ? std::vector<Pronunciation>() : lexicon->find(word);
   }
 
+  /// Of words asked for before from memory: all the sentences of a grammar are made of a few words.
   [[nodiscard]] std::vector<Pronunciation> waysOf(const std::string& word) const {
+    constexpr std::size_t kMostKept = 20'000;
+    {
+      const std::scoped_lock lock(mutex);
+      if (const auto found = kept.find(word); found != kept.end()) return found->second;
+    }
+    std::vector<Pronunciation> ways = findWays(word);
+    const std::scoped_lock lock(mutex);
+    if (kept.size() < kMostKept) kept.emplace(word, ways);
+    return ways;
+  }
+
+  [[nodiscard]] std::vector<Pronunciation> findWays(const std::string& word) const {
     std::vector<Pronunciation> ways = fromLexicon(word);
     if (ways.empty()) ways = dictionary.find(lowerCase(word));
     const Pronunciation by_rule = language.pronounce(word);
@@ -200,7 +217,7 @@ struct Pronouncer::State {
 };
 
 Pronouncer::Pronouncer(const Lexicon* lexicon, const Language& language)
-    : state_(new State{lexicon, language, Dictionary(language)}) {}
+    : state_(new State{lexicon, language, Dictionary(language), {}}) {}
 Pronouncer::~Pronouncer() = default;
 Pronouncer::Pronouncer(Pronouncer&&) noexcept = default;
 Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;

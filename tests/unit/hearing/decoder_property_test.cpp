@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -405,6 +406,22 @@ TEST(PronouncerLaws, EveryWordIsSaidByPhonesOfTheLanguageWithStressOnVowels) {
       }
     }
   }
+}
+
+/// A grammar of a hundred bytes has sentences by the hundred thousand.
+TEST(PronouncerLaws, AWordIsLookedForOnce) {
+  const Pronouncer pronouncer;
+  std::string text;
+  for (char a = 'a'; a <= 'z'; ++a) {
+    for (const char* end : {"arkle", "indop", "ustry", "oftel", "emmin"}) text += std::string(1, a) + end + " ";
+  }
+  const auto taken = [&] {
+    const std::clock_t begin = std::clock();
+    EXPECT_EQ(pronouncer.wordsOf(text).size(), 130U);
+    return static_cast<double>(std::clock() - begin);
+  };
+  const double first = taken();
+  EXPECT_LT(std::min({taken(), taken(), taken()}), first / 3);
 }
 
 TEST(PronouncerLaws, TheLexiconGoesFirstAndNothingElseChanges) {
