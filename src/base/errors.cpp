@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace mouthpiece {
 namespace {
 
@@ -25,6 +27,17 @@ std::size_t utf8SequenceLength(std::string_view text) {
   return length;
 }
 
+/// What a terminal obeys, or what hides text on it: control characters, line and paragraph separators, and what turns
+/// the direction of what follows.
+bool isControl(std::string_view sequence) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(sequence[i]); };
+  if (sequence.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
+  if (sequence.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;  // U+0080 to 009F
+  if (sequence.size() != 3 || byte(0) != 0xE2) return false;
+  return (byte(1) == 0x80 && byte(2) >= 0xA8 && byte(2) <= 0xAE) ||  // U+2028 to 202E
+         (byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9);    // U+2066 to 2069
+}
+
 }  // namespace
 
 InputError::InputError(std::string_view file, std::string_view place, std::string_view what)
@@ -41,14 +54,13 @@ std::string printable(std::string_view text, std::size_t max_bytes) {
   for (std::size_t i = 0; i < text.size();) {
     if (out.size() >= max_bytes) return out + "...";
     const std::size_t length = utf8SequenceLength(text.substr(i));
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (length == 0 || byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\x{:02X}", byte);
-      ++i;
+    const std::string_view sequence = text.substr(i, std::max<std::size_t>(1, length));
+    if (length > 0 && !isControl(sequence)) {
+      out += sequence;
     } else {
-      out += text.substr(i, length);
-      i += length;
+      for (const char byte : sequence) out += fmt::format("\\x{:02X}", static_cast<unsigned char>(byte));
     }
+    i += sequence.size();
   }
   return out;
 }

@@ -227,7 +227,11 @@ void writeFileAtomically(const fs::path& path, const std::function<void(const fs
     fs::create_directories(path.parent_path(), error);
     if (error) throw InputError(path.parent_path().string(), "", fmt::format("cannot be made: {}", error.message()));
   }
-  if (fs::is_directory(path, error)) throw InputError(path.string(), "", "is a folder; expected a file name");
+  const fs::file_status there = fs::status(path, error);
+  if (fs::is_directory(there)) throw InputError(path.string(), "", "is a folder; expected a file name");
+  // A device or a pipe would be gone, a file in its place.
+  if (fs::exists(there) && !fs::is_regular_file(there))
+    throw InputError(path.string(), "", "is no regular file; expected a file name");
   auto waiting = std::make_unique<FilesTogether::Waiting>(path);
   write(waiting->file.path());
   flushToDisk(waiting->file.path(), path);

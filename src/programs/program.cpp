@@ -303,7 +303,7 @@ int runAction(CLI::App& app, int argc, const char* const* argv, const std::funct
 void awaitSignals() {
   sigset_t awaited;
   sigemptyset(&awaited);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
     struct sigaction action {};
     if (::sigaction(signal, nullptr, &action) == 0 && action.sa_handler != SIG_IGN) sigaddset(&awaited, signal);
   }
@@ -388,7 +388,9 @@ int runProgram(const Command& program, const std::vector<Command>& subcommands, 
     added->callback([&chosen, run = command.add(*added)] { chosen = run; });
   }
   awaitSignals();
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
+  // A closed pipe and a file over the limit of its size are then ordinary write errors.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   return runAction(app, argc, argv, [&chosen] { return chosen(); });
 }
 

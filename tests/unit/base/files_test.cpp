@@ -84,6 +84,17 @@ TEST(Files, APlantedLinkIsNotFollowed) {
   EXPECT_EQ(readFile(folder.path() / "a.txt"), "new");
 }
 
+/// As root a file in its place would leave a machine without /dev/null.
+TEST(Files, APipeOrADeviceIsNoFileToWrite) {
+  const PrivateFolder folder;
+  const fs::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(errorOf([&] { writeFileAtomically(pipe, std::string_view("x")); }),
+            pipe.string() + ": is no regular file; expected a file name");
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_EQ(namesIn(folder.path()), std::set<std::string>{"pipe"});
+}
+
 TEST(Files, KeepsTheUsersMask) {
   const PrivateFolder folder;
   const mode_t before = ::umask(027);

@@ -33,6 +33,19 @@ TEST(TextEncoding, RefusesBrokenUtf8) {
   }
 }
 
+/// A terminal obeys nothing of it, in whatever form; a right-to-left script stays whole.
+TEST(Printable, ShowsWhatATerminalWouldObey) {
+  EXPECT_EQ(printable("a\x1B[31m\tb\x7F"), "a\\x1B[31m\\x09b\\x7F");
+  EXPECT_EQ(printable("\xC2\x9B"
+                      "31m \xC2\x80\xC2\x9F"),
+            "\\xC2\\x9B31m \\xC2\\x80\\xC2\\x9F");
+  EXPECT_EQ(printable("\u2028\u202A\u202E\u2066\u2069"),
+            "\\xE2\\x80\\xA8\\xE2\\x80\\xAA\\xE2\\x80\\xAE\\xE2\\x81\\xA6\\xE2\\x81\\xA9");
+  for (const std::string whole : {"\u00A0\u00E9", "\u2027\u202F\u2065\u206A", "\u05E9\u05DC\u05D5\u05DD", "\u0301"})
+    EXPECT_EQ(printable(whole), whole);
+  EXPECT_EQ(printable("\xFF\xE2\x80"), "\\xFF\\xE2\\x80") << "broken UTF-8";
+}
+
 TEST(TextEncoding, DecodesSurrogatePairsAndRefusesHalves) {
   using namespace std::string_literals;
   EXPECT_EQ(decodeText("\xFE\xFF\xD8\x3D\xDE\x00"s, "f"), "\xF0\x9F\x98\x80");

@@ -254,6 +254,14 @@ TEST(CorpusProgram, ChoosesPromptsFromAText) {
   EXPECT_TRUE(readAll(curve).ends_with(",1.0000\n")) << readAll(curve);
 }
 
+TEST(CorpusProgram, PrintsNoEscapeCodesOfAText) {
+  const ScratchFolder scratch;
+  const fs::path text = scratch.write("text.txt", "the \x1B[31mcat\xC2\x9B sat\n");
+  const test::ProgramResult result = corpus({"prompts", "--text", text.string(), "--count", "1", "--quiet"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, "the \\x1B[31mcat\\xC2\\x9B sat\n");
+}
+
 TEST(CorpusProgram, AlignsATakeWithItsWords) {
   const fs::path takes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
   if (!fs::exists(takes)) GTEST_SKIP() << "no real capture in " << takes;
