@@ -132,6 +132,9 @@ void writeFilm(const fs::path& path, const Film& film, const std::function<void(
   words.push_back(encoding.file);
   const ChildResult result = runChild(*ffmpeg, words, folder.path(), kLongestWriting,
                                       [&](const ChildInput& take) { feedFrames(film, take, tell); });
+  if (result.output.find("No space left") != std::string::npos)
+    throw InputError(folder.path().parent_path().string(), "",
+                     fmt::format("has no space left for {}, which is made there first", path.filename().string()));
   if (result.timed_out || result.exit_code != 0)
     throw InputError(path.string(), "", fmt::format("could not be made by ffmpeg: {}", printable(result.output, 300)));
   if (ending == ".zip") return packPictures(folder.path(), film, path);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -54,12 +55,27 @@ std::string withDefaultMouth(const FitArguments& given, const std::string& bytes
   return grownGlb(bytes, given.mesh.string(), given.object, as_given, *whole);
 }
 
+/// An exporter may leave some vertices without a face; many are a file that was cut.
+void noteLooseVertices(const FaceMesh& mesh, const FitArguments& given) {
+  constexpr std::size_t kOneIn = 100;
+  std::vector<bool> is_used(mesh.vertexCount(), false);
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) is_used[vertex] = true;
+  }
+  const auto loose = unsignedIndex(std::count(is_used.begin(), is_used.end(), false));
+  if (kOneIn * loose > is_used.size())
+    printNotice(fmt::format("{}: {} of {} vertices have no face: is the file whole?", given.mesh.string(), loose,
+                            is_used.size()),
+                given.quiet);
+}
+
 int runFit(const FitArguments& given) {
   if (isGlb(given.mouth_parts) && !isGlb(given.mesh))
     throw InputError(given.mesh.string(), "--mouth-parts", "is no GLB; expected an .obj to write");
   const Corpus corpus = readCorpus(corpusFile(given.corpus));
   std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  noteLooseVertices(mesh, given);
   auto [anchors, anchors_file] = anchorsFor(mesh, bytes, given.mesh, given.object, given.anchors, given.quiet);
   FitRequest request = fitRequestFor(given.name.empty() ? given.mesh.stem().string() : given.name, corpus);
   request.warp = given.warp;

@@ -277,12 +277,27 @@ TEST_F(RetargetProgram, FitNamesTheMarkersThatLack) {
   EXPECT_FALSE(fs::exists(folder_.path() / "x.face"));
 }
 
+/// An OBJ has no end mark: cut among its faces, at a line's end, it is a head with holes.
+TEST_F(RetargetProgram, AHeadWithManyLooseVerticesIsTold) {
+  const std::string whole = test::readAll(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.obj");
+  const fs::path cut = folder_.write("cut.obj", whole.substr(0, 1 + whole.rfind('\n', whole.size() * 19 / 20)));
+  const fs::path anchors = folder_.write("few.json", R"({"markers": {"LIP_UP_MID": 0, "CHIN_LOW": 152}})");
+  const auto fitted = [&](const fs::path& mesh) {
+    return runProgram("retarget", {"fit", "--mesh", mesh.string(), "--anchors", anchors.string(), "--corpus",
+                                   corpus_.string(), "--out", (folder_.path() / "x.face").string()})
+        .err;
+  };
+  EXPECT_NE(fitted(cut).find("vertices have no face: is the file whole?"), std::string::npos) << fitted(cut);
+  EXPECT_EQ(fitted(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.obj").find("have no face"), std::string::npos);
+}
+
 TEST_F(RetargetProgram, AFaceWhoseMeshChangedIsRefused) {
   ASSERT_EQ(sample().exit_code, 0);
   std::ignore = folder_.write("default.obj", test::readAll(folder_.path() / "default.obj") + "# another line\n");
   const ProgramResult check = runProgram("retarget", {"check", face_.string()});
   EXPECT_EQ(check.exit_code, 1);
   EXPECT_NE(check.err.find("has changed since default.face was fitted"), std::string::npos) << check.err;
+  EXPECT_EQ(check.err.find("SHA"), std::string::npos) << "a stranger's face may name any file: " << check.err;
 }
 
 /// The lips of an actor who says silence with the mouth five times as wide open as speech needs are torn apart.
