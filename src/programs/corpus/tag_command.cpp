@@ -29,7 +29,8 @@ std::optional<SpeechLabels> labelsFor(const TagArguments& given, const AudioClip
 }
 
 int runTag(const TagArguments& given) {
-  const AudioClip audio = readAudio(given.audio);
+  constexpr Seconds kLongestSong = 900;  // 25 MB a minute are held while it is heard
+  const AudioClip audio = readAudio(given.audio, {.most = kLongestSong});
   const std::optional<SpeechLabels> labels = labelsFor(given, audio);
   const SpeechLabels* known = labels ? &*labels : nullptr;
   const AudioTags tags = hearTags(audio, known);
@@ -44,7 +45,7 @@ int runTag(const TagArguments& given) {
 }
 
 void addOptions(CLI::App& command, TagArguments& options) {
-  command.add_option("audio", options.audio, "Sound: a voice alone")->required();
+  command.add_option("audio", options.audio, "Sound: a voice alone, 15 minutes at most")->required();
   CLI::Option* phones = command.add_option("--phones", options.phones,
                                            "Its phones (TextGrid); without, vowels are found by their loudness");
   command.add_option("--lyrics", options.lyrics, "A file with the words that are sung: its phones are found")

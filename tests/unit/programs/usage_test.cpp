@@ -383,6 +383,17 @@ TEST_F(BadInput, OfSynthThatIsTooLong) {
   }
 }
 
+TEST_F(BadInput, OfASongThatIsTooLong) {
+  constexpr std::uint32_t kBytes = 2 * 8000 * 901;
+  std::string wav("RIFF\0\0\0\0WAVEfmt \x10\0\0\0\1\0\1\0\x40\x1F\0\0\x80\x3E\0\0\2\0\x10\0data\0\0\0\0", 44);
+  for (const auto& [at, size] : {std::pair(4U, kBytes + 36), std::pair(40U, kBytes)}) {
+    for (unsigned i = 0; i < 4; ++i) wav[at + i] = static_cast<char>(size >> (8 * i));
+  }
+  const std::string file = folder_.write("long.wav", wav + std::string(kBytes, '\0')).string();
+  expectBadInput({"corpus", {"tag", file, "--out", out("a.json")}},
+                 "long.wav: claims 901 s of sound; expected at most 900 s");
+}
+
 /// A file is told as what it is wherever text was expected, not by the first byte that is no text.
 TEST_F(BadInput, OfAnotherKind) {
   const std::string sound = folder_.write("a.wav", std::string("RIFF\x24\0\0\0WAVEfmt ", 16)).string();

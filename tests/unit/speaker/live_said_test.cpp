@@ -133,6 +133,14 @@ TEST_F(Live, ATextIsSaidInPieces) {
   EXPECT_EQ(of_parts, of_whole);
 }
 
+TEST_F(Live, ALanguageIsSaidByItsVoice) {
+  SpeakerOptions options = optionsOf(false);
+  options.voice = SpeakerOptions().voice;
+  options.language = "de";
+  LiveStream stream = Speaker(options).live({.source = LiveOptions::Source::kText});
+  EXPECT_GT(stream.say("guten Morgen").duration(), 0.5);
+}
+
 /// Utterance after utterance, each from the first frame on that was not made for the one before.
 TEST_F(Live, TextsInPiecesFollowEachOther) {
   LiveStream stream = speaker().live({.source = LiveOptions::Source::kText});
