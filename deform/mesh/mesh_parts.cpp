@@ -269,6 +269,27 @@ void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::Alig
   for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
 }
 
+/// Parts of their own for what lies in a head without telling names.
+void takeInnerParts(FaceMesh& mesh) {
+  const std::vector<std::vector<InnerKind>> found = innerKinds(mesh, mesh.parts);
+  const std::array<std::pair<std::string, PartKind>, 5> kinds{{{"", PartKind::kSkin},
+                                                               {".eye", PartKind::kEye},
+                                                               {".teeth", PartKind::kUpperTeeth},
+                                                               {".tongue", PartKind::kTongue},
+                                                               {".gums_tongue", PartKind::kTongue}}};
+  std::vector<MeshPart> parts;
+  for (std::size_t p = 0; p < found.size(); ++p) {
+    std::vector<std::size_t> choice;
+    for (const InnerKind kind : found[p]) choice.push_back(static_cast<std::size_t>(kind));
+    if (std::all_of(choice.begin(), choice.end(), [](std::size_t k) { return k == 0; })) {
+      parts.push_back(mesh.parts[p]);
+    } else {
+      for (MeshPart& piece : splitPart(mesh, mesh.parts[p], choice, kinds)) parts.push_back(std::move(piece));
+    }
+  }
+  if (!found.empty()) mesh.parts = std::move(parts);
+}
+
 /// What bones and shapes tell of a part, as shares of its triangles' corners.
 struct PartEvidence {
   std::array<double, 6> bones{};  ///< by BoneRole
@@ -346,6 +367,7 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
         contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard") || contains(lower, "eyeline");
   }
   judgeByEvidence(mesh, evidence, mesh.parts);
+  takeInnerParts(mesh);
   std::vector<MeshPart> parts;
   std::vector<MeshPart> gums_with_tongue;
   for (const MeshPart& part : mesh.parts) {

@@ -59,6 +59,12 @@ std::optional<PartKind> kindFromName(std::string_view name);
 /// that hold both rows of teeth (or gums and tongue).
 void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evidence = {});
 
+enum class InnerKind : std::uint8_t { kNone, kEye, kTeeth, kTongue, kGumsAndTongue };
+/// Eyes, teeth and tongue of a head whose names tell none of them, by islands of its skin: of each triangle of each
+/// part, nothing for parts that are no skin; empty where nothing is found. An eye is one of two balls side by side, the
+/// rest lies under the eyes behind skin. Heights along y, the face along +z.
+std::vector<std::vector<InnerKind>> innerKinds(const FaceMesh& mesh, const std::vector<MeshPart>& parts);
+
 enum class GumPiece { kUpperGum, kLowerGum, kTongue };
 /// Splits gums that come in one piece with the tongue: for each of `gums`, a triangle of `mesh`, what it belongs to.
 /// The tongue is what lies under one surface, the palate, together with its own underside, as far as it hangs together;

@@ -1,8 +1,12 @@
 // What a part of a head is, told by its name and its shape.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <numbers>
 
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
@@ -68,6 +72,100 @@ TEST(PartKinds, PartsCoverAllTrianglesInOrder) {
   }
   EXPECT_EQ(next, mesh.triangles.size());
   EXPECT_EQ(mesh.parts[0].triangle_count, 8U);
+}
+
+/// Heads of balls, in one part without a name; faces look outward.
+struct Balls {
+  static constexpr std::size_t kTriangles = 2 * 12 * 8;  ///< of each
+  MeshSoup soup;
+
+  void add(const Eigen::Vector3d& middle, const Eigen::Vector3d& radii) {
+    constexpr std::uint32_t kAround = 12, kRows = 9;
+    const auto first = static_cast<std::uint32_t>(soup.vertexCount());
+    for (std::uint32_t row = 0; row < kRows; ++row) {
+      for (std::uint32_t at = 0; at < kAround; ++at) {
+        const double down = std::numbers::pi * row / (kRows - 1), turn = 2 * std::numbers::pi * at / kAround;
+        const Eigen::Vector3d out(std::sin(down) * std::sin(turn), std::cos(down), std::sin(down) * std::cos(turn));
+        const Eigen::Vector3f place = (middle + radii.cwiseProduct(out)).cast<float>();
+        soup.positions.insert(soup.positions.end(), {place.x(), place.y(), place.z()});
+      }
+    }
+    for (std::uint32_t row = 0; row + 1 < kRows; ++row) {
+      for (std::uint32_t at = 0; at < kAround; ++at) {
+        const std::uint32_t a = first + row * kAround + at, b = first + row * kAround + (at + 1) % kAround;
+        soup.triangles.push_back({a, a + kAround, b});
+        soup.triangles.push_back({b, a + kAround, b + kAround});
+        soup.part_of_triangle.insert(soup.part_of_triangle.end(), 2, 0);
+      }
+    }
+  }
+  std::map<PartKind, std::size_t> kinds() {
+    soup.parts.emplace_back();
+    const FaceMesh mesh = finishMesh(soup, "balls");
+    std::map<PartKind, std::size_t> triangles;
+    for (const MeshPart& part : mesh.parts) triangles[part.kind] += part.triangle_count;
+    return triangles;
+  }
+};
+
+Balls headOfBalls() {
+  Balls head;
+  head.add({0, 0, 0}, {75, 110, 90});
+  for (const double x : {-31.0, 31.0}) head.add({x, 25, 55}, {12, 12, 12});
+  return head;
+}
+
+TEST(PartKinds, WhatLiesInAHeadWithoutNamesIsToldByItsShape) {
+  Balls head = headOfBalls();
+  for (const double x : {-31.0, 31.0}) head.add({x, 25, 62}, {6, 6, 6});  // an iris before the ball's middle
+  head.add({0, -48, 30}, {19, 8, 28});
+  for (int i = -4; i <= 4; ++i) {
+    for (const double y : {-40.0, -56.0}) head.add({5.5 * i, y, 62 - 1.6 * i * i}, {2.6, 5, 2.6});
+  }
+  auto kinds = head.kinds();
+  EXPECT_EQ(kinds[PartKind::kSkin], Balls::kTriangles);
+  EXPECT_EQ(kinds[PartKind::kEye], 4 * Balls::kTriangles);
+  EXPECT_EQ(kinds[PartKind::kTongue], Balls::kTriangles);
+  EXPECT_EQ(kinds[PartKind::kUpperTeeth], 9 * Balls::kTriangles);
+  EXPECT_EQ(kinds[PartKind::kLowerTeeth], 9 * Balls::kTriangles);
+}
+
+TEST(PartKinds, WhatLiesBeforeTheFaceIsNotOfItsMouth) {
+  Balls head = headOfBalls();
+  head.add({0, -45, 96}, {30, 12, 6});  // a moustache
+  EXPECT_EQ(head.kinds()[PartKind::kSkin], 2 * Balls::kTriangles);
+}
+
+TEST(PartKinds, BeadsAreNoEyes) {
+  Balls head;
+  head.add({0, 0, 0}, {75, 110, 90});
+  for (int i = 0; i < 12; ++i) head.add({60 * std::sin(i * 0.5), -110.0, 60 * std::cos(i * 0.5)}, {6, 6, 6});
+  EXPECT_EQ(head.kinds()[PartKind::kSkin], 13 * Balls::kTriangles);
+}
+
+TEST(PartKinds, TheIctHeadIsTheSameWithoutItsNames) {
+  const std::filesystem::path head = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/ict_head.obj";
+  if (!std::filesystem::exists(head)) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  std::ifstream file(head);
+  std::string nameless;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("usemtl") && !line.starts_with("g ") && !line.starts_with("o ")) nameless += line + "\n";
+  }
+  const auto kindsOf = [](const FaceMesh& mesh) {
+    std::map<Triangle, PartKind> kinds;
+    for (const MeshPart& part : mesh.parts) {
+      for (const Triangle& triangle : trianglesOf(mesh, part)) kinds[triangle] = part.kind;
+    }
+    return kinds;
+  };
+  const auto named = kindsOf(readFaceMesh(head)), found = kindsOf(parseFaceMesh(nameless, "nameless.obj"));
+  ASSERT_EQ(found.size(), named.size());
+  std::map<PartKind, std::array<std::size_t, 2>> alike;  // of the named ones
+  for (const auto& [triangle, kind] : named) ++alike[kind][found.at(triangle) == kind ? 1 : 0];
+  for (const PartKind kind : {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue})
+    EXPECT_EQ(alike[kind][0], 0U) << nameOf(kind);
+  EXPECT_GT(alike[PartKind::kEye][1], 5 * alike[PartKind::kEye][0]) << "but for fluids that are no balls";
+  EXPECT_EQ(alike[PartKind::kSkin][0], 0U);
 }
 
 TEST(PartKinds, TheIctHeadComesApartAsItShould) {
