@@ -124,16 +124,27 @@ std::vector<JoinSpans> placeJoins(const std::vector<UnitFragment>& fragments, co
 constexpr Seconds kSpacing = 0.010;  ///< of the times at which the fragments are compared
 constexpr Seconds kStep = 0.020;     ///< over which a velocity is read
 
-/// Lips and chin of two fragments at even times.
+/// The columns without gaps.
+PositionMatrix seenThroughout(const PositionMatrix& rows) {
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index column = 0; column < rows.cols(); ++column) {
+    if (rows.col(column).allFinite()) seen.push_back(column);
+  }
+  return rows(Eigen::all, seen);
+}
+
+/// Lips and chin of two fragments at even times; markers that are not seen all the while do not count.
 class SharedLips {
  public:
   SharedLips(const Fragment& before, const Fragment& after, const TimeSpan& span) : start_(span.start) {
     std::vector<Seconds> times;
     const auto count = static_cast<int>(std::ceil(span.duration() / kSpacing)) + 2;
     for (int i = 0; i < count; ++i) times.push_back(span.start + i * kSpacing);
-    captured_before_ = before.capturedLipsAt(times);
-    captured_after_ = after.capturedLipsAt(times);
-    difference_ = after.lipsOfCaptured(captured_after_, times) - before.lipsOfCaptured(captured_before_, times);
+    const PositionMatrix captured_before = before.capturedLipsAt(times), captured_after = after.capturedLipsAt(times);
+    difference_ =
+        seenThroughout(after.lipsOfCaptured(captured_after, times) - before.lipsOfCaptured(captured_before, times));
+    captured_before_ = seenThroughout(captured_before);
+    captured_after_ = seenThroughout(captured_after);
   }
 
   [[nodiscard]] double markers() const { return std::max(1.0, asReal(difference_.cols()) / 3); }

@@ -71,6 +71,15 @@ TEST_F(Coupling, TakesThePlaceWhereTheLipsAreSlow) {
   EXPECT_GT(couple(kInVowel, kOneLength).middle(), 0.36);
 }
 
+/// The corpus' own voice joins where its sound is cut, whatever is seen there.
+TEST_F(Coupling, AMarkerThatIsNotSeenDoesNotCount) {
+  PositionMatrix& positions = corpus_.takes[1].motion.positions_mm;
+  for (Eigen::Index frame = std::lround(0.33 * kRateHz); frame < std::lround(0.37 * kRateHz); ++frame)
+    positions.row(frame).segment<3>(3 * kLowerLip).setConstant(std::nan(""));
+  EXPECT_NEAR(couple({0.35, 0.35}, kOneLength).middle(), 0.35, 1e-9);
+  EXPECT_NEAR(couple(kInVowel, kOneLength).middle(), 0.35, 1e-9) << "all else agrees everywhere";
+}
+
 TEST_F(Coupling, IsShortBetweenPosesThatDifferAndLongWhereOnlySpeedsDo) {
   constexpr std::array<Seconds, 2> kLengths{0.03, 0.06};
   constexpr TimeSpan kMiddle{0.35, 0.35};
