@@ -110,9 +110,11 @@ void dropBacks(MeshSoup& soup) {
   };
   std::map<std::uint32_t, Doubled> doubled;
   std::vector<bool> is_dropped(soup.triangles.size(), false);
+  bool has_back = false;
   for (std::size_t k = 1, first = 0; k < by_corners.size(); ++k) {
     if (by_corners[k].first != by_corners[first].first) {
       first = k;
+      has_back = false;
       continue;
     }
     is_dropped[by_corners[k].second] = true;
@@ -120,7 +122,8 @@ void dropBacks(MeshSoup& soup) {
     const auto [a, b, c] = soup.triangles[i];
     Triangle other = soup.triangles[by_corners[k].second];
     std::rotate(other.begin(), std::find(other.begin(), other.end(), a), other.end());
-    if (k > first + 1 || other[1] == b) continue;
+    if (has_back || other[1] == b) continue;
+    has_back = true;
     Doubled& part = doubled[soup.part_of_triangle[i]];
     part.firsts.push_back(i);
     part.backs.push_back(by_corners[k].second);

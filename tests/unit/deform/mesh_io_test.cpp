@@ -104,6 +104,7 @@ TEST(ObjReader, MakesOneSurfaceOfOneThatIsDrawnFromBothSides) {
   ASSERT_EQ(back_first.parts.size(), 1U);
   EXPECT_EQ(back_first.parts[0].name, "front");
   EXPECT_EQ(parseObj(kCorners + kInward, "a.obj").triangles.size(), 4U) << "what faces inwards by itself stays";
+  EXPECT_EQ(parseObj(kCorners + kInward + kInward + kOutward + kOutward, "a.obj").triangles, once);
 }
 
 /// A mask encloses nothing, and may lie anywhere.
