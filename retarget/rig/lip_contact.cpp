@@ -1,23 +1,21 @@
 // The lips of face_fit.h, measured on the mesh.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/moving_triangles.h"
 #include "deform/surface/virtual_points.h"
 #include "retarget/rig/bared_teeth.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/lip_sights.h"
+#include "retarget/rig/lip_surfaces.h"
 
 namespace mouthpiece {
 namespace {
@@ -34,266 +32,10 @@ constexpr double kDeepInLip = 0.06;      ///< the same of a lip: where it is dee
 constexpr double kDoubtfulFrom = 0.005;  ///< what seems deeper in a lip is looked at twice
 constexpr double kDeepInTongue = 0.06;   ///< and of the tongue, which is soft
 constexpr double kStraight = 0.7;        ///< cosine to the normal of a way straight out of the tongue
-constexpr double kOpposed = -0.3;        ///< cosine between two surfaces that meet
-/// Winding number of a lip's open surface about what is in its flesh: 0.2 to 0.9; in the mouth beyond a fold it is
-/// -0.1.
-constexpr double kInFlesh = 0.1;
-/// Of a sheet that passes another by a little beside its end, the other one is no deeper in it than so many times what
-/// has passed.
-constexpr double kPassed = 2;
-constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
-/// Upright sections in which one looks between the lips, a sixth of a millimetre apart on a man.
-constexpr std::size_t kSights = 20 * kColumns;
-constexpr double kSightsFrom = 0.2;  ///< of the mouth from either corner: further to the sides the lips become one
 constexpr double kFacesIn = -0.2;  ///< how far a normal looks ahead: below it lies a lip's back, in teeth or not unseen
 constexpr double kDeepSight = 0.18;  ///< behind the lips' fronts: what is deeper is seen, not the crease of thick lips
-
-/// A place on a triangle of the mesh.
-struct LipPoint {
-  Triangle triangle;
-  Eigen::Vector3d weights;
-  std::size_t column;
-  std::size_t across = 0;  ///< of LipContact::overlaps
-  double way = 0.5;        ///< from the right corner to the left one
-};
-
-Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) {
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    p += point.weights[signedIndex(k)] * pointAt(vertices, point.triangle[k]);
-  }
-  return p;
-}
-
-/// One surface of the mouth: triangles, which lies over each of their edges, and which are around each vertex.
-struct Surface {
-  static constexpr std::int32_t kNone = -1;
-  std::vector<Triangle> triangles;
-  std::vector<std::array<std::int32_t, 3>> over;  ///< edge opposite of corner k; kNone: the surface ends there
-  std::unordered_map<std::uint32_t, std::vector<std::size_t>> around;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends;  ///< edges where the head's own skin ends
-  MovingTriangles tree;
-
-  void settle(const VertexPositions& rest) {
-    tree = MovingTriangles(rest, triangles);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<std::size_t, std::size_t>> first;
-    over.assign(triangles.size(), {kNone, kNone, kNone});
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        around[triangles[t][k]].push_back(t);
-        const auto [at, is_new] =
-            first.try_emplace(std::minmax(triangles[t][(k + 1) % 3], triangles[t][(k + 2) % 3]), t, k);
-        if (is_new) continue;
-        const auto [other, its_edge] = at->second;
-        over[t][k] = static_cast<std::int32_t>(other);
-        over[other][its_edge] = static_cast<std::int32_t>(t);
-      }
-    }
-  }
-};
-
-struct Lip {
-  Surface surface;
-  std::vector<Triangle> near;  ///< of these those that reach no further than lips do
-  std::vector<LipPoint> points;
-};
-
-Eigen::Vector3d normalOf(const Triangle& t, const VertexPositions& vertices) {
-  const Eigen::Vector3d a = pointAt(vertices, t[0]);
-  return (pointAt(vertices, t[1]) - a).cross(pointAt(vertices, t[2]) - a).normalized();
-}
-
-/// Where a surface faces, between its triangles, too.
-class Facing {
- public:
-  Facing(const Surface& surface, const VertexPositions& vertices)
-      : at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
-    for (const Triangle& t : surface.triangles) {
-      const std::array<Eigen::Vector3d, 3> p{pointAt(vertices, t[0]), pointAt(vertices, t[1]), pointAt(vertices, t[2])};
-      const Eigen::Vector3d normal = normalOf(t, vertices);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Vector3d to = (p[(k + 1) % 3] - p[k]).normalized(), from = (p[(k + 2) % 3] - p[k]).normalized();
-        const double angle = std::acos(std::clamp(to.dot(from), -1.0, 1.0));
-        at_corners_.row(t[k]) += (angle * normal).cast<float>().transpose();
-      }
-    }
-  }
-  [[nodiscard]] Eigen::Vector3d at(const LipPoint& point) const { return placeOf(point, at_corners_).normalized(); }
-
- private:
-  VertexPositions at_corners_;
-};
-
-/// A surface in a pose: distances from it, below zero inside. Inside is what lies behind all triangles around the
-/// closest place: right beside sharp rims of coarse lips, too, and where a sliver has folded over.
-class PosedSurface {
- public:
-  PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface), vertices_(vertices), tree_(surface.tree, vertices) {}
-
-  /// nullopt where no triangle is within `within`; NaN where the nearest place is one of `own`, the triangle that `p`
-  /// lies on. `facing`: the normal there; inside is only what faces the other way, as the folds of one lip do not.
-  /// `least_cosine`: between the way there and its normal, for what is thin.
-  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Triangle& own,
-                                                     const Eigen::Vector3d& facing, double within,
-                                                     double least_cosine) {
-    const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr, within);
-    if (!foot) return std::nullopt;
-    last_ = foot;
-    const std::size_t triangle = foot->triangle;
-    double in_common = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (std::find(own.begin(), own.end(), surface_.triangles[triangle][k]) != own.end())
-        in_common += foot->weights[signedIndex(k)];
-    }
-    if (in_common > 1 - kOnBorder) return std::numeric_limits<double>::quiet_NaN();
-    const double distance = (p - foot->point).norm();
-    std::size_t edges = 0, edge = 0, corner = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (foot->weights[signedIndex(k)] >= kOnBorder) {
-        corner = k;
-        continue;
-      }
-      if (surface_.over[triangle][k] == Surface::kNone) return distance;
-      ++edges;
-      edge = k;
-    }
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    const auto isBehind = [&](std::size_t t) {
-      const Eigen::Vector3d normal = normalOf(surface_.triangles[t], vertices_);
-      sum += normal;
-      return (p - foot->point).dot(normal) < -least_cosine * distance;
-    };
-    bool is_inside = isBehind(triangle);
-    if (edges == 1) is_inside = is_inside && isBehind(unsignedIndex(surface_.over[triangle][edge]));
-    if (edges == 2 && is_inside) {
-      const auto& fan = surface_.around.at(surface_.triangles[triangle][corner]);
-      is_inside = std::all_of(fan.begin(), fan.end(), isBehind);
-    }
-    return is_inside && sum.normalized().dot(facing) < kOpposed ? -distance : distance;
-  }
-
-  /// Whether the surface lies around `p`, by the winding number of surfaces that are open (Jacobson et al. 2013) and
-  /// the solid angles of its triangles (Van Oosterom and Strackee 1983): behind the nearest place there may be a fold.
-  [[nodiscard]] bool surrounds(const Eigen::Vector3d& p) const {
-    double half_angles = 0;
-    for (const Triangle& t : surface_.triangles) {
-      const Eigen::Vector3d a = pointAt(vertices_, t[0]) - p, b = pointAt(vertices_, t[1]) - p,
-                            c = pointAt(vertices_, t[2]) - p;
-      const double la = a.norm(), lb = b.norm(), lc = c.norm();
-      half_angles += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-    }
-    return half_angles > kInFlesh * 2 * std::numbers::pi;
-  }
-
-  /// How deep the place that signedDistance() looked at last is in what the surface bounds, told to be `depth` behind
-  /// it: beside an end of the surface no deeper than that has passed.
-  [[nodiscard]] double depthOfLast(double depth) const {
-    for (const auto& [a, b] : surface_.ends)
-      depth = std::min(depth, kPassed * distanceToLine(last_->point, {pointAt(vertices_, a), pointAt(vertices_, b)}));
-    return depth;
-  }
-
- private:
-  const Surface& surface_;
-  const VertexPositions& vertices_;
-  MovingTriangles::Posed tree_;
-  std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
-};
-
-/// Skin in upright sections across the mouth, but for its corners.
-class Sights {
- public:
-  /// `from` and `along`: the mouth's right corner and the way to the left one.
-  Sights(const VertexPositions& vertices, const Eigen::Vector3d& from, const Eigen::Vector3d& along)
-      : vertices_(vertices), from_(from), along_(along) {}
-
-  /// take(section, one end, other end) is told where a section cuts a triangle: across in sections, height, depth.
-  template <typename Take>
-  void cut(const Triangle& triangle, const Take& take) const {
-    std::array<Eigen::Vector3d, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d at = pointAt(vertices_, triangle[k]);
-      const double way = (at - from_).dot(along_) / along_.squaredNorm();
-      p[k] = {(way - kSightsFrom) / (1 - 2 * kSightsFrom) * asReal(kSights) - 0.5, at.y(), at.z()};
-    }
-    std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
-    const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
-    for (double s = std::max(0.0, std::ceil(p[0].x())); s <= last; ++s) {
-      const auto between = [s](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
-        return a + (b.x() > a.x() ? (s - a.x()) / (b.x() - a.x()) : 0) * (b - a);
-      };
-      take(unsignedIndex(wholePart(s)), between(p[0], p[2]), s < p[1].x() ? between(p[0], p[1]) : between(p[1], p[2]));
-    }
-  }
-
-  /// The foremost place of a lip in each section; nullopt: it has none.
-  using Fronts = std::array<std::optional<Eigen::Vector3d>, kSights>;
-  [[nodiscard]] Fronts fronts(const Lip& lip) const {
-    const auto foremostOf = [&](const std::vector<Triangle>& triangles) {
-      Fronts fronts;
-      for (const Triangle& t : triangles) {
-        cut(t, [&](std::size_t section, const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
-          std::optional<Eigen::Vector3d>& front = fronts[section];
-          const Eigen::Vector3d& foremost = other.z() > one.z() ? other : one;
-          if (!front || foremost.z() > front->z()) front = foremost;
-        });
-      }
-      return fronts;
-    };
-    Fronts fronts = foremostOf(lip.near);
-    if (std::all_of(fronts.begin(), fronts.end(), [](const auto& front) { return front.has_value(); })) return fronts;
-    const Fronts of_large = foremostOf(lip.surface.triangles);
-    for (std::size_t s = 0; s < kSights; ++s) {
-      if (!fronts[s]) fronts[s] = of_large[s];
-    }
-    return fronts;
-  }
-
-  /// The tallest place of each section between `skin` that lies no more than `deep` behind the lips' fronts, from the
-  /// one's to the other's height.
-  [[nodiscard]] std::array<double, kSights> slits(const Fronts& upper, const Fronts& lower, double deep,
-                                                  const std::vector<Triangle>& skin) const {
-    struct Covered {
-      std::size_t section;
-      double from, to;
-    };
-    thread_local std::vector<Covered> covered;
-    covered.clear();
-    for (const Triangle& t : skin) {
-      cut(t, [&](std::size_t section, Eigen::Vector3d behind, Eigen::Vector3d before) {
-        if (!upper[section] || !lower[section]) return;
-        const double depth = std::min(upper[section]->z(), lower[section]->z()) - deep;
-        if (behind.z() > before.z()) std::swap(behind, before);
-        if (before.z() < depth) return;
-        if (behind.z() < depth) behind += (depth - behind.z()) / (before.z() - behind.z()) * (before - behind);
-        const auto [from, to] = std::minmax(behind.y(), before.y());
-        if (to > lower[section]->y() && from < upper[section]->y()) covered.push_back({section, from, to});
-      });
-    }
-    std::sort(covered.begin(), covered.end(), [](const Covered& a, const Covered& b) {
-      return a.section != b.section ? a.section < b.section : a.from < b.from;
-    });
-    std::array<double, kSights> tallest{};
-    auto next = covered.begin();
-    for (std::size_t s = 0; s < kSights; ++s) {
-      if (!upper[s] || !lower[s]) continue;
-      double up_to = lower[s]->y();
-      for (; next != covered.end() && next->section == s; ++next) {
-        tallest[s] = std::max(tallest[s], next->from - up_to);
-        up_to = std::max(up_to, next->to);
-      }
-      tallest[s] = std::max(tallest[s], upper[s]->y() - up_to);
-    }
-    return tallest;
-  }
-
- private:
-  const VertexPositions& vertices_;
-  const Eigen::Vector3d from_, along_;
-};
 
 /// Chooses what is measured, once, on the mesh at rest.
 class Chooser {
@@ -334,8 +76,8 @@ class Chooser {
   }
 
   /// The triangles of one lip: those off the other one's side. Large ones at the rims reach far from the mouth.
-  [[nodiscard]] Lip lipOff(SideBit other) const {
-    Lip lip;
+  [[nodiscard]] MeasuredLip lipOff(SideBit other) const {
+    MeasuredLip lip;
     std::set<std::uint32_t> corners;
     for (const Triangle& triangle : around_) {
       const bool is_own = std::any_of(triangle.begin(), triangle.end(),
@@ -354,7 +96,7 @@ class Chooser {
     for (std::size_t t = 0; t < lip.surface.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = lip.surface.triangles[t][(k + 1) % 3], b = lip.surface.triangles[t][(k + 2) % 3];
-        if (lip.surface.over[t][k] == Surface::kNone && ends_.contains(placesOf(a, b)))
+        if (lip.surface.over[t][k] == LipSurface::kNone && ends_.contains(placesOf(a, b)))
           lip.surface.ends.emplace_back(a, b);
       }
     }
@@ -363,7 +105,7 @@ class Chooser {
 
   /// Where the lips of coarse heads are one further in than the mouth's corners, as shares of the way from the right
   /// corner to the left one.
-  [[nodiscard]] std::pair<double, double> partedBetween(const Lip& upper, const Lip& lower) const {
+  [[nodiscard]] std::pair<double, double> partedBetween(const MeasuredLip& upper, const MeasuredLip& lower) const {
     std::pair<double, double> between{0, 1};
     for (const auto& [v, triangles] : upper.surface.around) {
       if (!lower.surface.around.contains(v) || distanceToLine(vertex(v), rim_) > kAtRims * mouth_width_) continue;
@@ -377,7 +119,7 @@ class Chooser {
   }
 
   /// A lip's skin that one sees from the front, were there nothing before it.
-  [[nodiscard]] std::vector<Triangle> outsideOf(const Lip& lip) const {
+  [[nodiscard]] std::vector<Triangle> outsideOf(const MeasuredLip& lip) const {
     std::vector<Triangle> outside = lip.surface.triangles;
     std::erase_if(outside, [&](const Triangle& t) {
       return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return topology_.isInMouth(v); });
@@ -450,11 +192,11 @@ class Chooser {
 struct LipContactMeter::Data {
   Eigen::Vector3d from, along;  ///< the mouth's right corner, and the way to the left one
   double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0, doubtful_from = 0;
-  Lip upper, lower;
+  MeasuredLip upper, lower;
   std::vector<Triangle> around;
   std::pair<double, double> parted{0, 1};  ///< of Chooser::partedBetween
   std::array<bool, kColumns> are_one{};    ///< nothing parts in the half of it or more
-  Surface teeth, tongue;
+  LipSurface teeth, tongue;
   BaredTeeth upper_teeth, lower_teeth;
 };
 
@@ -478,7 +220,7 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->around = chooser.aroundLips();
   data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
   data->teeth.settle(mesh.vertices);
-  const auto bared = [&](const Lip& lip, PartKind teeth) {
+  const auto bared = [&](const MeasuredLip& lip, PartKind teeth) {
     return BaredTeeth(mesh.vertices, chooser.outsideOf(lip), chooser.nearLips(trianglesOf(mesh, {teeth})),
                       data->deepest);
   };
@@ -493,7 +235,7 @@ LipContactMeter::LipContactMeter(LipContactMeter&&) noexcept = default;
 LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices, double widest) const {
-  PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices),
+  PosedLipSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices),
       teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
   std::array<double, kColumns>& gaps = contact.gaps;
@@ -504,8 +246,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
     double distance = 0;
     [[nodiscard]] double least(const Eigen::Vector3d& p) const { return distance - (p - at).norm(); }
   };
-  const auto look = [&](const Lip& own, PosedSurface& other) {
-    const Facing facing(own.surface, vertices);
+  const auto look = [&](const MeasuredLip& own, PosedLipSurface& other) {
+    const LipFacing facing(own.surface, vertices);
     std::optional<Triangle> triangle;
     Known to_lip, to_teeth, to_tongue;
     for (const LipPoint& point : own.points) {
@@ -513,7 +255,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
       triangle = point.triangle;
       const Eigen::Vector3d p = placeOf(point, vertices);
       // What is neither nearer than `enough` nor less deep inside than `deep` is not asked for.
-      const auto isSeen = [&](PosedSurface& surface, double enough, double deep, double cosine, Known& known) {
+      const auto isSeen = [&](PosedLipSurface& surface, double enough, double deep, double cosine, Known& known) {
         if (known.least(p) > enough) return std::optional<double>();
         const double within = std::max(enough, deep);
         const auto distance = surface.signedDistance(p, point.triangle, facing.at(point), within, cosine);
@@ -550,11 +292,11 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices, double wide
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   if (std::isfinite(widest)) return contact;
-  const Sights sights(vertices, data_->from, data_->along);
-  const std::array<double, kSights> slits = sights.slits(sights.fronts(data_->upper), sights.fronts(data_->lower),
-                                                         kDeepSight * data_->along.norm(), data_->around);
-  for (std::size_t s = 0; s < kSights; ++s) {
-    const double way = kSightsFrom + (1 - 2 * kSightsFrom) * (asReal(s) + 0.5) / asReal(kSights);
+  const LipSights sights(vertices, data_->from, data_->along);
+  const std::array<double, LipSights::kSections> slits = sights.slits(
+      sights.fronts(data_->upper), sights.fronts(data_->lower), kDeepSight * data_->along.norm(), data_->around);
+  for (std::size_t s = 0; s < LipSights::kSections; ++s) {
+    const double way = LipSights::kFrom + (1 - 2 * LipSights::kFrom) * (asReal(s) + 0.5) / asReal(LipSights::kSections);
     const double column = std::clamp((way - 0.25) / 0.5 * asReal(kColumns), 0.0, asReal(kColumns) - 0.5);
     double& tallest = contact.slits[unsignedIndex(wholePart(column))];
     tallest = std::max(tallest, slits[s]);
