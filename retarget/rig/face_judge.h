@@ -113,6 +113,10 @@ std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
 /// the mouth and moves where the other does, or has as many and closes it more often.
 bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept);
 
+/// Whether the lips meet as they should and the face moves: all that is wrong is skin that tears, and its edges break
+/// their limits by no more than once again, so that relaxing it further may mend it.
+bool isTornAlone(const FaceJudgement& found);
+
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
 /// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what mends
 /// more is kept. Where faults stay the same is tried with coarse skin bound over its long edges

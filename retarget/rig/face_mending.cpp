@@ -76,16 +76,6 @@ bool isWhole(const FaceJudgement& found) { return found.faults.empty() && found.
 
 bool canBeMended(const FaceJudgement& found) { return !isWhole(found) && (!found.torn.empty() || meetWrongly(found)); }
 
-/// The lips meet as they should and the face moves: all that is wrong is skin that tears, and not so far that there is
-/// no hope for it.
-bool isTornAlone(const FaceJudgement& found) {
-  return !found.faults.empty() && !found.torn.empty() && found.edge_ratio <= kMostTorn * limitNamed("edge length") &&
-         found.edge_growth_mm <= kMostTorn * limitNamed("stretch") &&
-         std::all_of(found.faults.begin(), found.faults.end(), [](const FaceFault& fault) {
-           return std::find(kOfSkin.begin(), kOfSkin.end(), fault.limit) != kOfSkin.end();
-         });
-}
-
 /// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
 /// the lips get into each other, as far as `overlap`, the limit, tells. `overlap` and lengths in the mesh's unit.
 void press(const FaceJudgement& judged, double mouth_width, double overlap, std::vector<float>& pressed) {
@@ -308,6 +298,14 @@ void Mending::relaxTornAlone() {
 }
 
 }  // namespace
+
+bool isTornAlone(const FaceJudgement& found) {
+  return !found.faults.empty() && !found.torn.empty() && found.edge_ratio <= kMostTorn * limitNamed("edge length") &&
+         found.edge_growth_mm <= kMostTorn * limitNamed("stretch") &&
+         std::all_of(found.faults.begin(), found.faults.end(), [](const FaceFault& fault) {
+           return std::find(kOfSkin.begin(), kOfSkin.end(), fault.limit) != kOfSkin.end();
+         });
+}
 
 bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
   const auto has = [](const FaceJudgement& found, std::string_view limit) {

@@ -102,6 +102,32 @@ TEST(MendingRule, KeepsWhatLeavesFewerFaultsButNoOpenMouth) {
   EXPECT_TRUE(mendsMore(judged({"lips in each other"}, 39), open));
 }
 
+/// Edges that are torn twice over were never mended, but took most of the time that mending takes.
+TEST(MendingRule, RelaxesFurtherWhatIsTornAloneAndNotTwiceOver) {
+  const auto torn = [](std::vector<std::string_view> limits, double times_as_far) {
+    FaceJudgement judgement;
+    judgement.torn = {7};
+    judgement.edge_ratio = times_as_far * limitNamed("edge length");
+    judgement.edge_growth_mm = times_as_far * limitNamed("stretch");
+    for (const std::string_view limit : limits) judgement.faults.push_back({limit, "", {}, {}});
+    return judgement;
+  };
+  EXPECT_TRUE(isTornAlone(torn({"stretch", "edge length"}, 1.9)));
+  EXPECT_FALSE(isTornAlone(torn({"stretch", "edge length"}, 2.1)));
+  FaceJudgement one = torn({"stretch"}, 0.9);
+  one.edge_growth_mm = 2.1 * limitNamed("stretch");
+  EXPECT_FALSE(isTornAlone(one)) << "an edge that grows too far, though not by many times its length";
+  one = torn({"edge length"}, 0.9);
+  one.edge_ratio = 2.1 * limitNamed("edge length");
+  EXPECT_FALSE(isTornAlone(one));
+  EXPECT_TRUE(isTornAlone(torn({"vertex jump"}, 0.5)));
+  EXPECT_FALSE(isTornAlone(torn({"vertex jump", "closures"}, 0.5))) << "the lips do not meet, either";
+  EXPECT_FALSE(isTornAlone(torn({}, 0.5))) << "nothing is wrong";
+  one = torn({"stretch"}, 1.1);
+  one.torn.clear();
+  EXPECT_FALSE(isTornAlone(one)) << "nothing to relax";
+}
+
 /// A few vertices of the lower lip are left hanging on the upper one.
 FaceFile hungOnEachOther(const FaceFile& whole) {
   FaceFile torn = whole;
