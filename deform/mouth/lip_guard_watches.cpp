@@ -219,8 +219,19 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled,
   }
   const VertexPositions normals = vertexNormals(closed, around);
   const VertexPositions rest_normals = vertexNormals(rest, around);
-  watchLips(rest, closed, placesOn(rest, upper_vertices, upper), lower_vertices, lower, normals, rest_normals);
-  watchLips(rest, closed, placesOn(rest, lower_vertices, lower), upper_vertices, upper, normals, rest_normals);
+  // What faces away from the other lip when the mouth closes is no place that it meets. Slivers of coarse rims face
+  // anywhere: one seen from its back pushes lips further into each other the further they part.
+  const auto towards = [&closed](std::vector<Triangle> lip, float up) {
+    std::erase_if(lip, [&](const Triangle& t) {
+      const Vector3f a = vertexOf(closed, t[0]);
+      return up * (vertexOf(closed, t[1]) - a).cross(vertexOf(closed, t[2]) - a).y() < 0;
+    });
+    return lip;
+  };
+  watchLips(rest, closed, placesOn(rest, upper_vertices, upper), lower_vertices, towards(lower, 1), normals,
+            rest_normals);
+  watchLips(rest, closed, placesOn(rest, lower_vertices, lower), upper_vertices, towards(upper, -1), normals,
+            rest_normals);
   const float cell = lengthOf(kTeethCell);
   // Beside the corners the mouth's inside is one wall that folds: its halves are no lips that meet.
   constexpr float kColumnsBeyond = 1;

@@ -128,6 +128,32 @@ TEST_F(Guards, DrawColumnByColumn) {
   }
 }
 
+/// Slivers along coarse rims face anywhere: the other lip, before one that faces back and down, is not in this lip.
+TEST_F(Guards, ArePushedByNothingThatFacesAway) {
+  FaceMesh mesh = lips().mesh;
+  const auto first_tip = static_cast<Eigen::Index>(mesh.vertices.rows());
+  mesh.vertices.conservativeResize(first_tip + signedIndex(lips().rims.size()) - 1, 3);
+  for (std::size_t i = 0; i + 1 < lips().rims.size(); ++i) {
+    const Eigen::Index one = lips().rims[i].first, other = lips().rims[i + 1].first, tip = first_tip + signedIndex(i);
+    const auto [right, left] = rest()(one, 0) < rest()(other, 0) ? std::pair(one, other) : std::pair(other, one);
+    mesh.vertices.row(tip) = 0.5F * (rest().row(one) + rest().row(other)) + Eigen::RowVector3f(0, -0.18F, 0.09F);
+    mesh.triangles.push_back(
+        {static_cast<std::uint32_t>(right), static_cast<std::uint32_t>(left), static_cast<std::uint32_t>(tip)});
+    ++mesh.parts.back().triangle_count;
+  }
+  const LipGuard guard(mesh, mesh.vertices, sampleControl(), bindFace(mesh, sampleControl()));
+  for (const float apart : {0.5F, 1.0F, 1.5F}) {
+    VertexPositions moved = mesh.vertices;
+    for (Eigen::Index v = 0; v < moved.rows(); ++v) {
+      const bool is_lower = v >= first_tip || lips().side[unsignedIndex(v)] == -1;
+      if (is_lower && std::abs(moved(v, 1) - slit()) < 12) moved(v, 1) -= apart;
+    }
+    VertexPositions now = moved;
+    guard.separate(pointsApart(double{apart}), {}, {}, now.data());
+    EXPECT_LT((now - moved).cwiseAbs().maxCoeff(), 0.05F) << apart;
+  }
+}
+
 /// A lip that is pushed into the teeth behind it comes out before them, wherever the jaw has taken them.
 TEST_F(Guards, KeepLipsOutOfTeeth) {
   for (const bool upper : {true, false}) {
