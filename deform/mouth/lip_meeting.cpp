@@ -185,9 +185,14 @@ double LipMeeting::Data::gapIn(const Sections& seen, const Sections::Edges& edge
   }
   if (!std::isfinite(least)) return least;
   double all = 0;
-  for (const double gap : gaps) all += std::exp((least - gap) / softly);
+  std::array<double, kDepths> weights{};
   for (std::size_t d = 0; d < kDepths; ++d) {
-    const double counts = std::exp((least - gaps[d]) / softly) / all;
+    if (!std::isfinite(gaps[d])) continue;
+    weights[d] = std::exp((least - gaps[d]) / softly);
+    all += weights[d];
+  }
+  for (std::size_t d = 0; d < kDepths; ++d) {
+    const double counts = weights[d] / all;
     if (counts < kCounted) continue;
     for (const EdgePlace* place : {&above[d], &below[d]}) {
       const LipSegment& segment = seen.segments[unsignedIndex(place->segment)];
