@@ -185,23 +185,26 @@ bool hasAvx2() {
 }  // namespace
 
 // Highway's own choice stands in a library of its own, which times the processor's clock whenever a program starts.
-const Kernels& bestKernels() {
-  static const Kernels* const best = [] {
+const std::vector<const Kernels*>& kernelsHere() {
+  static const std::vector<const Kernels*> best_first = [] {
+    std::vector<const Kernels*> sets;
 #if (HWY_TARGETS) & HWY_AVX3
     const bool has_avx3 = __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
                           __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
                           __builtin_cpu_supports("avx512cd") != 0;
-    if (has_avx3 && hasAvx2()) return N_AVX3::kernels();
+    if (has_avx3 && hasAvx2()) sets.push_back(N_AVX3::kernels());
 #endif
 #if (HWY_TARGETS) & HWY_AVX2
-    if (hasAvx2()) return N_AVX2::kernels();
+    if (hasAvx2()) sets.push_back(N_AVX2::kernels());
 #endif
-    return HWY_STATIC_DISPATCH(kernels)();
+    sets.push_back(HWY_STATIC_DISPATCH(kernels)());
+    return sets;
   }();
-  return *best;
+  return best_first;
 }
 
-const Kernels& portableKernels() { return *HWY_STATIC_DISPATCH(kernels)(); }
+const Kernels& bestKernels() { return *kernelsHere().front(); }
+const Kernels& portableKernels() { return *kernelsHere().back(); }
 
 }  // namespace mouthpiece::kernel
 #endif

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace mouthpiece::kernel {
 
@@ -57,7 +58,8 @@ struct Kernels {
   void (*multiply)(const Product&);
 };
 
-/// The best set for this machine; the same on every call.
+/// Every set that this machine can run, the best first and the portable one last; the same on every call.
+const std::vector<const Kernels*>& kernelsHere();
 const Kernels& bestKernels();
 const Kernels& portableKernels();
 

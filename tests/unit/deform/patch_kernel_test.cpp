@@ -82,11 +82,9 @@ SurfacePoint exactPoint(const Scene& scene, std::uint32_t patch, double u, doubl
   return evaluate(exact, u, v);
 }
 
-class Loops : public ::testing::TestWithParam<std::tuple<bool, unsigned>> {
+class Loops : public ::testing::TestWithParam<std::tuple<const kernel::Kernels*, unsigned>> {
  protected:
-  static const kernel::Kernels& kernels() {
-    return std::get<0>(GetParam()) ? kernel::portableKernels() : kernel::bestKernels();
-  }
+  static const kernel::Kernels& kernels() { return *std::get<0>(GetParam()); }
   Scene scene_ = randomScene(std::get<1>(GetParam()));
   VertexPositions out_ = VertexPositions::Constant(scene_.vertices + 1, 3, 77);
 
@@ -97,7 +95,8 @@ class Loops : public ::testing::TestWithParam<std::tuple<bool, unsigned>> {
     return frame;
   }
 };
-INSTANTIATE_TEST_SUITE_P(PortableAndBest, Loops, ::testing::Combine(::testing::Bool(), ::testing::Range(1U, 16U)));
+INSTANTIATE_TEST_SUITE_P(BestFirst, Loops,
+                         ::testing::Combine(::testing::ValuesIn(kernel::kernelsHere()), ::testing::Range(1U, 16U)));
 
 TEST_P(Loops, BoundVerticesLieAboveTheirPlaces) {
   kernels().bound(frame(), scene_.runs.data(), scene_.runs.size(), scene_.bound.data());
