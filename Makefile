@@ -118,7 +118,7 @@ portable: setup
 	@tools/setup.sh portable
 	@cmake --preset portable >/dev/null && cmake --build build-portable -j $(JOBS)
 	@ctest --preset portable
-sbom:
+sbom: build
 	@tools/sbom.py --out build/mouthpiece.spdx.json
 reproducible: setup
 	@tools/reproducible.sh

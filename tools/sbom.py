@@ -1,11 +1,13 @@
 #!/usr/bin/python3
-"""What Mouthpiece is made of, as SPDX 2.3 JSON: Debian's packages of tools/setup.sh with their versions here and licences
-(from /usr/share/doc/PACKAGE/copyright), npm's of viewer/package-lock.json, and those of which tools/fetch_packed.sh brings files.
+"""What Mouthpiece is made of, as SPDX 2.3 JSON: Debian's packages of tools/setup.sh and those of all libraries that the
+built programs and the shared library link or load, with their versions here and licences (from
+/usr/share/doc/PACKAGE/copyright), npm's of viewer/package-lock.json, and those of which tools/fetch_packed.sh brings files.
 
-    sbom.py --out build/mouthpiece.spdx.json
+    sbom.py --out build/mouthpiece.spdx.json [--build build]
 
 The same machine and commit give the same bytes. A licence that SPDX has no name for stands under Debian's, as a
-LicenseRef; a package whose copyright file is no machine-readable one has NOASSERTION and is named on stderr.
+LicenseRef; a package whose copyright file is no machine-readable one has what was read there by hand, else NOASSERTION,
+and is named on stderr then.
 """
 import argparse
 import datetime
@@ -25,6 +27,17 @@ SPDX_OF_DEBIAN = {
     "apache-2": "Apache-2.0", "bsl-1": "BSL-1.0", "unlicense": "Unlicense", "x11": "X11", "cc-by-4": "CC-BY-4.0",
     "apache 2.0 and mit": "Apache-2.0 AND MIT", "artistic": "Artistic-1.0-Perl", "cc0": "CC0-1.0",
     "cc0-1.0": "CC0-1.0", "unicode": "Unicode-DFS-2016",
+}
+FURTHER = "LicenseRef-further-terms"  # of some files, without a name in SPDX: they stand in the copyright file
+FLITE = ["MIT-Festival", "BSD-2-Clause", "Spencer-86", "GPL-2.0-only", "GPL-3.0-only", FURTHER]
+ESPEAK = ["BSD-2-Clause", "GPL-3.0-or-later", FURTHER]
+GCC = ["GPL-3.0-or-later WITH GCC-exception-3.1", "LGPL-2.1-or-later", FURTHER]
+# What stands in copyright files that no machine can read.
+READ_BY_HAND = {
+    "build-essential": ["GPL-2.0-or-later"], "festival": ["MIT-Festival"], "festvox-kallpc16k": ["MIT-Festival"],
+    "flite1-dev": FLITE, "libflite1": FLITE, "espeak-ng-data": ESPEAK, "libespeak-ng-dev": ESPEAK, "libespeak-ng1": ESPEAK,
+    "libc6": ["LGPL-2.1-or-later", "GPL-2.0-or-later", FURTHER], "libgcc-s1": GCC, "libstdc++6": GCC,
+    "libcgal-dev": ["GPL-3.0-or-later", "LGPL-3.0-or-later", "BSL-1.0", "BSD-3-Clause", "MIT"], "python3": ["Python-2.0"],
 }
 
 
@@ -55,15 +68,46 @@ def debian_licences(package):
     return sorted(found)
 
 
-def debian_packages():
+def linked_libraries(build):
+    """Files of all libraries that the built programs and the shared library link, and that they load when they want them."""
+    files = set()
+    for binary in [build / "bin" / name for name in ("synth", "corpus", "retarget")] + sorted(build.glob("libmouthpiece.so")):
+        if binary.exists():
+            told = subprocess.run(["ldd", binary], capture_output=True, text=True).stdout
+            files.update(re.findall(r"(/\S+) \(0x", told))
+    known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout
+    for source in (ROOT / "src").rglob("*.[ch]*"):
+        for name in re.findall(r'"(lib[\w+-]+\.so\.\d+)"', source.read_text()):
+            files.update(re.findall(rf"^\t{re.escape(name)} .* => (\S+)$", known, re.M)[:1])
+    return sorted(files)
+
+
+def packages_of(files):
+    """The packages that these files came with; dpkg knows a file by the name it was packed under, before /lib was /usr/lib."""
+    names = set()
+    for file in files:
+        real = os.path.realpath(file)
+        for name in (real, real.removeprefix("/usr"), file):
+            told = subprocess.run(["dpkg-query", "-S", name], capture_output=True, text=True)
+            if told.returncode == 0:
+                names.add(told.stdout.split(":")[0])
+                break
+        else:
+            print(f"sbom.py: no package has {file}", file=sys.stderr)
+    return names
+
+
+def debian_packages(linked):
+    """Those that one builds with and those of `linked` files."""
     names = subprocess.run([ROOT / "tools/setup.sh", "list"], check=True, capture_output=True, text=True).stdout.split()
+    linked_names = packages_of(linked)
     query = "${Package}\t${Version}\t${Architecture}\t${db:Status-Status}\n"
-    rows = subprocess.run(["dpkg-query", "-W", "-f=" + query] + names, capture_output=True, text=True).stdout
+    rows = subprocess.run(["dpkg-query", "-W", "-f=" + query] + names + sorted(linked_names), capture_output=True, text=True).stdout
     for row in sorted(set(rows.splitlines())):
         name, version, architecture, status = row.split("\t")
         if status == "installed":
-            yield {"name": name, "version": version, "licences": debian_licences(name),
-                   "from": f"pkg:deb/debian/{name}@{version}?arch={architecture}"}
+            yield {"name": name, "version": version, "licences": debian_licences(name) or READ_BY_HAND.get(name, []),
+                   "from": f"pkg:deb/debian/{name}@{version}?arch={architecture}", "linked": name in linked_names}
 
 
 def npm_packages():
@@ -96,7 +140,11 @@ def element_of(package, number):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--out", type=pathlib.Path, required=True)
-    out = parser.parse_args().out
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", help="where bin/synth is")
+    options = parser.parse_args()
+    out, linked = options.out, linked_libraries(options.build)
+    if not linked:
+        print("sbom.py: no programs are built: what they link is left out", file=sys.stderr)
 
     def git(*words):
         return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
@@ -104,14 +152,15 @@ def main():
     commit = git("rev-parse", "HEAD") or "unknown"
     seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or git("log", "-1", "--format=%ct") or 0)
     version = re.search(r"project\(Mouthpiece VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
-    packages = list(debian_packages()) + list(npm_packages()) + list(npm_files())
+    packages = list(debian_packages(linked)) + list(npm_packages()) + list(npm_files())
     own = {"SPDXID": "SPDXRef-Mouthpiece", "name": "Mouthpiece", "versionInfo": version, "downloadLocation": "NOASSERTION",
            "filesAnalyzed": False, "licenseConcluded": "GPL-3.0-or-later", "licenseDeclared": "GPL-3.0-or-later",
            "copyrightText": "NOASSERTION"}
     elements = [element_of(package, number) for number, package in enumerate(packages)]
     relations = [{"spdxElementId": "SPDXRef-DOCUMENT", "relationshipType": "DESCRIBES", "relatedSpdxElement": "SPDXRef-Mouthpiece"}]
     for package, element in zip(packages, elements):
-        kind = "TEST_DEPENDENCY_OF" if package.get("only_tests") else "DEPENDENCY_OF"
+        kind = ("TEST_DEPENDENCY_OF" if package.get("only_tests") else
+                "RUNTIME_DEPENDENCY_OF" if package.get("linked") else "DEPENDENCY_OF")
         relations.append({"spdxElementId": element["SPDXID"], "relationshipType": kind, "relatedSpdxElement": "SPDXRef-Mouthpiece"})
     names = sorted({name for e in elements for name in re.findall(r"LicenseRef-[A-Za-z0-9.-]+", e["licenseDeclared"])})
     document = {
@@ -126,9 +175,10 @@ def main():
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(document, indent=1, sort_keys=True) + "\n")
     unknown = [package["name"] for package in packages if not package["licences"]]
-    print(f"{out}: {len(packages)} packages, {len(unknown)} without a machine-readable licence")
+    print(f"{out}: {len(packages)} packages, {sum(package.get('linked', False) for package in packages)} of them linked, "
+          f"{len(unknown)} without a known licence")
     if unknown:
-        print("sbom.py: no machine-readable licence: " + " ".join(unknown), file=sys.stderr)
+        print("sbom.py: no known licence: " + " ".join(unknown), file=sys.stderr)
     return 0
 
 
