@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <set>
 
 #include "base/errors.h"
 #include "corpus_tools/building/build_state.h"
@@ -143,20 +144,33 @@ TEST(BuildCorpusFile, KilledAtAnyMomentTheOldCorpusIsWhole) {
   const std::string before = test::readAll(studio.out);
   for (unsigned seed = 3; seed <= 5; ++seed) writeTake(studio.folder, seed);
   const std::vector<std::string> build{"build", studio.folder.string(), "--out", studio.out.string(), "--quiet"};
+  const auto put_back = [&] {
+    fs::remove(studio.out);
+    std::ofstream(studio.out, std::ios::binary) << before;
+  };
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(test::runProgram("corpus", build).exit_code, 0);
+  const std::chrono::microseconds whole_run =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start);
+  put_back();
   std::mt19937 random(5);
   int finished = 0;
+  std::set<fs::path> half_written;
   for (int i = 0; i < kKills; ++i) {
-    // From the program's start to about its end.
-    const std::chrono::microseconds wait(std::uniform_int_distribution<int>(1000, 90000)(random));
+    const std::chrono::microseconds wait(std::uniform_int_distribution<std::int64_t>(1000, whole_run.count())(random));
     finished += test::runProgram("corpus", build, {}, wait).exit_code == 0 ? 1 : 0;
+    for (const auto& entry : fs::directory_iterator(studio.scratch.path())) {
+      if (entry.path().filename().string().starts_with('.')) half_written.insert(entry.path());
+    }
     const std::string now = test::readAll(studio.out);
     if (now == before) continue;
     ASSERT_TRUE(checkCorpus(studio.out).empty());
     ASSERT_EQ(readCorpus(studio.out).takes.size(), 5U);
-    fs::remove(studio.out);
-    std::ofstream(studio.out, std::ios::binary) << before;
+    put_back();
   }
   RecordProperty("finished", finished);
+  RecordProperty("half_written", static_cast<int>(half_written.size()));
+  EXPECT_FALSE(half_written.empty()) << "no kill came while the corpus was written; " << finished << " runs finished";
   const BuildResult last = buildCorpusFile(studio.folder, studio.out, {});
   EXPECT_EQ(last.corpus.takes.size(), 5U);
   EXPECT_GE(last.kept_takes, 2U);

@@ -204,8 +204,9 @@ TEST(CorpusProgram, ConvertsLabels) {
   EXPECT_TRUE(readAll(ctm).starts_with("one 1 0.000000 0.400000 sil\n")) << readAll(ctm);
 }
 
-/// A page that has none of these needs nothing but itself.
+/// A page that has none of these needs nothing but itself, and its browser lets it have nothing else.
 void expectNothingFromElsewhere(const std::string& html) {
+  EXPECT_TRUE(holds(html, "Content-Security-Policy\" content=\"default-src 'none'"));
   for (const char* outside :
        {"src=", "href=\"http", "href='http", "url(", "@import", "fetch(", "XMLHttpRequest", "import(", "WebSocket"})
     EXPECT_FALSE(holds(html, outside)) << outside << ": nothing comes from elsewhere";

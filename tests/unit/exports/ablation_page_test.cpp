@@ -26,6 +26,7 @@ TEST(AblationPage, HoldsEveryVariantAndNoTextEndsItsScript) {
   EXPECT_EQ(data.at("rate_hz"), 60);
   const std::string end = "</script>";
   EXPECT_EQ(page.find(end), page.rfind(end)) << "one script, its own end";
+  EXPECT_NE(page.find("Content-Security-Policy\" content=\"default-src 'none'"), std::string::npos);
 }
 
 }  // namespace

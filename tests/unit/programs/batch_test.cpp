@@ -60,6 +60,8 @@ TEST_F(Batch, MakesWhatItCanAndNamesTheRest) {
     EXPECT_TRUE(fs::exists(path(file))) << file;
   EXPECT_FALSE(fs::exists(path("out/a.glb")) || fs::exists(path("out/a")));
   EXPECT_TRUE(readAll(path("out/a.arkit.csv")).starts_with("Timecode,BlendShapeCount"));
+  EXPECT_NE(readAll(path("out/manifest.html")).find("Content-Security-Policy\" content=\"default-src 'none'"),
+            std::string::npos);
   const json lines = manifest("out/manifest.json")["lines"];
   ASSERT_EQ(lines.size(), 5U);
   std::string statuses;

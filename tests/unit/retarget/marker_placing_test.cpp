@@ -248,6 +248,7 @@ TEST(FacePage, HoldsTheMeshAndNothingThatCouldRun) {
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);
   EXPECT_NE(page.find("AAAAAAEAAAACAAAA"), std::string::npos);  // 0 1 2 as 32-bit numbers
   EXPECT_NE(page.find("CANTHUS_OUT_R"), std::string::npos);
+  EXPECT_NE(page.find("Content-Security-Policy\" content=\"default-src 'none'"), std::string::npos);
 }
 
 }  // namespace
