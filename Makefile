@@ -77,11 +77,11 @@ build-tests: setup-test
 test: build-tests data wasm
 	@ctest --preset release -j $(JOBS) || { $(say_failures); exit 1; }
 
-bench: setup
+bench: data
 	@tools/setup.sh bench
 	@cmake --preset bench >/dev/null && cmake --build build-bench -j $(JOBS) --target benchmarks
 	@for b in build-bench/benchmarks/*_bench; do echo "== $$b"; $$b --benchmark_min_time=0.5 || exit 1; done
-	@echo "== a line besides speech"; tests/bench/line_time.py --bin build/bin || [ $$? = 77 ]
+	@echo "== a line besides speech"; tests/bench/line_time.py --bin build/bin
 
 lint:
 	@tools/setup.sh lint
