@@ -25,10 +25,12 @@ import signal
 import subprocess
 import sys
 import tempfile
+import wave
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SEED = 19
 PATIENCE_S = 120
+SHORT_S = 1.2  # "the time is"
 KINDS = ("write", "read", "allocation", "child")
 ERRORS = {"write": (errno.ENOSPC, errno.EIO), "read": (errno.EIO,), "allocation": (errno.ENOMEM,),
           "child": (errno.EAGAIN,)}
@@ -37,11 +39,12 @@ OLD = b"what was here before\n"
 
 class Case:
     """`arguments`: IN is the folder of inputs, OUT that of outputs. `outputs`: files under OUT. `varies`: those that
-    hold times of their own making. `falls_back`: without a child it may do with less (another voice)."""
+    hold times of their own making. `falls_back`: without a child it may do with less (another voice). `slow`: a run
+    takes a second or more, so that fewer of its calls fail."""
 
-    def __init__(self, program, arguments, outputs, varies=(), falls_back=False, nightly=False):
+    def __init__(self, program, arguments, outputs, varies=(), falls_back=False, nightly=False, slow=False):
         self.program, self.arguments, self.outputs = program, arguments, outputs
-        self.varies, self.falls_back, self.nightly = set(varies), falls_back, nightly
+        self.varies, self.falls_back, self.nightly, self.slow = set(varies), falls_back, nightly, slow
 
 
 SPEAK = ["--text", "the time is now", "--corpus", "clock", "--quiet"]
@@ -59,6 +62,12 @@ def cases(share):
         "speak_all": Case("synth", SPEAK + ["--out", "OUT"], ALL_FILES, ["report.json"], falls_back=True),
         "recorded": Case("synth", ["--audio", "IN/takes/take_01.wav", "--phones", "IN/takes/take_01.TextGrid",
                                    "--corpus", "clock", "--quiet", "-o", "OUT/a.arkit.csv"], ["a.arkit.csv"]),
+        "heard": Case("synth", ["--audio", "IN/short.wav", "--hear", "phones", "--corpus", "clock", "--quiet", "-o",
+                                "OUT/a.arkit.csv"], ["a.arkit.csv"], slow=True),
+        "align": Case("corpus", ["align", "IN/short.wav", "--transcript", "the time is", "--quiet", "--out",
+                                 "OUT/a.TextGrid"], ["a.TextGrid"]),
+        "sing": Case("synth", ["--song", "IN/star.json", "--corpus", "clock", "--quiet"] + to(["a.csv", "a.wav"]),
+                     ["a.csv", "a.wav"], falls_back=True),
         "build": Case("corpus", ["build", "IN/takes", "--out", "OUT/t.corpus", "--quiet", "--strict", "--jobs", "2"],
                       ["t.corpus"]),
         "convert": Case("corpus", ["convert", "IN/takes/take_01.c3d", "OUT/a.trc"], ["a.trc"]),
@@ -73,7 +82,8 @@ def cases(share):
 
 
 def make_inputs(folder, binaries, takes):
-    """Two takes of the clock, a list of lines, a motion, and the default face's landmarks as anchors."""
+    """Two takes of the clock and how one begins, a list of lines, a song, a motion, and the default face's landmarks as
+    anchors."""
     folder.mkdir()
     if not (takes / "take_01.c3d").exists():
         takes = folder / "performed"
@@ -81,6 +91,11 @@ def make_inputs(folder, binaries, takes):
     (folder / "takes").mkdir()
     for file in sorted(takes.glob("take_0[12].*")):
         shutil.copy(file, folder / "takes")
+    with wave.open(str(folder / "takes/take_01.wav")) as take, wave.open(str(folder / "short.wav"), "wb") as short:
+        short.setparams(take.getparams())
+        short.writeframes(take.readframes(int(SHORT_S * take.getframerate())))
+    song = {"tempo": 120, "words": [{"word": "star", "notes": [{"pitch": "G3", "beats": 1}]}]}
+    (folder / "star.json").write_text(json.dumps(song))
     subprocess.run([binaries / "synth", *SPEAK, "-o", folder / "motion.c3d"], check=True)
     (folder / "lines.csv").write_text("id,text\na,the time is now\nb,it is ten\n")
     markers = json.loads((ROOT / "sample_data/layouts/face66.json").read_text())["markers"]
@@ -159,16 +174,19 @@ class Trial:
         return files.get(name) == OLD or ("batch" in self.case.arguments and files.get(name) == sound[name])
 
 
-def chosen(kind, calls, options, random_source):
+def chosen(kind, calls, options, slow, random_source):
     """Which calls are to fail."""
+    few, some = (2, 3) if slow else (6, 10)
+    allocations = options.allocations // 10 if slow else options.allocations
+
     def sample(first, last, most):
         numbers = range(first, last + 1)
         return list(numbers) if len(numbers) <= most else sorted(random_source.sample(numbers, most))
 
     if kind != "allocation":
-        return sample(1, calls, calls if options.all else 6)
+        return sample(1, calls, calls if options.all else few)
     first = min(calls, 200)
-    return sample(1, first, first if options.all else 6) + sample(first + 1, calls, options.allocations if options.all else 10)
+    return sample(1, first, first if options.all else few) + sample(first + 1, calls, allocations if options.all else some)
 
 
 def main():
@@ -207,7 +225,7 @@ def inject(trial, kind, options):
     code, told, sound, _, calls = trial.run(kind, 0, 0)
     assert code == 0, f"{trial.name} fails undisturbed: {told}"
     source = random.Random(f"{SEED} {trial.name} {kind}")
-    numbers = [options.at] if options.at else chosen(kind, calls, options, source)
+    numbers = [options.at] if options.at else chosen(kind, calls, options, trial.case.slow, source)
     errors = ERRORS[kind]
     # A full disk stays full, and a machine out of memory too: every fourth run has all later calls fail as well.
     runs = [(at, errors[i % len(errors)], i % 4 == 3 and kind in ("write", "allocation")) for i, at in enumerate(numbers)]
