@@ -29,7 +29,10 @@ run_portable() { cmake --preset portable && cmake --build build-portable -j "$jo
 run_dev() { cmake --preset dev && cmake --build build-dev -j "$jobs"; }
 run_fuzz() { FUZZ_RUNS=${FUZZ_RUNS:-10000000} tools/fuzz.sh "${FUZZ_SECONDS:-1800}"; }
 run_asan() { sanitized asan -E "$no_pages"; }
-run_tsan() { TSAN_OPTIONS=suppressions=$PWD/tools/tsan.supp sanitized tsan -R '^(unit_speaker|unit_base|unit_local_server|unit_programs.Streaming)'; }
+# What starts threads, or says that it may be used by several; elsewhere there is one.
+threaded='^(unit_(base|exports|local_server|speaker|voices)\.|unit_programs\.(Streaming|Batch)|unit_corpus_tools\.(BuildParts|BuildCorpusFile|SettingsFit)$'
+threaded="$threaded|unit_(deform\.FaceDeformer|retarget\.FaceJudgeTest|synthesis\.Plan|units\.UnitDatabase)$)"
+run_tsan() { TSAN_OPTIONS=suppressions=$PWD/tools/tsan.supp sanitized tsan -R "$threaded"; }
 # Uninitialised reads, which no sanitizer of GCC sees, in what reads bytes.
 run_valgrind() {
   cmake --build build -j "$jobs" --target unit_base unit_phonetics unit_motion
