@@ -1,7 +1,8 @@
 #!/bin/sh
 # Runs fuzz targets under address and undefined-behaviour sanitizers, each for SECONDS or FUZZ_RUNS inputs, whichever ends
 # first, within 3 GB and 20 s an input. What libFuzzer makes goes to a scratch folder; the committed findings
-# (tests/fuzz/findings), corpora (tests/fuzz/corpora) and dictionaries (tests/fuzz/dictionaries) are only read.
+# (tests/fuzz/findings), corpora (tests/fuzz/corpora) and dictionaries (tests/fuzz/dictionaries) are only read. What it
+# prints are rows of the table in docs/security.md.
 #   tools/fuzz.sh SECONDS [NAME...]        all targets when none is named
 set -eu
 seconds=${1:-60}
@@ -14,6 +15,7 @@ else
   cmake --build build-asan -j "${JOBS:-$(nproc)}" --target $(printf '%s_fuzz ' "$@")
 fi
 failed=0
+echo "| target | findings and seeds | inputs | edges | when |"
 for name in "$@"; do
   scratch=build-asan/scratch/$name
   mkdir -p "$scratch"
@@ -29,7 +31,9 @@ for name in "$@"; do
     tail -n 40 "$log"
   }
   runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
-  covered=$(grep -o 'cov: [0-9]*' "$log" | tail -n 1)
-  echo "== $name: ${runs:-?} inputs, ${covered:-no coverage}"
+  took=$(sed -n 's/^Done [0-9]* runs in \([0-9]*\) second.*/ in \1 s/p' "$log")
+  covered=$(sed -n 's/.* cov: \([0-9]*\) .*/\1/p' "$log" | tail -n 1)
+  # shellcheck disable=SC2086
+  echo "| $name | $([ -z "$seeds" ] || find $seeds -type f | wc -l) | ${runs:-?}$took | $covered | $(date -u +%F) |"
 done
 exit $failed

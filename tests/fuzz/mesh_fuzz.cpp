@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -26,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   if (data[0] % 3 != 2) return 0;
   try {
-    for (const VertexPositions& moves : parseGlbShapes(bytes, "fuzz.glb").moves) {
+    for (const VertexPositions& moves : parseFaceShapes(bytes, "fuzz.glb").moves) {
       if (!moves.allFinite()) std::abort();
     }
   } catch (const InputError&) {

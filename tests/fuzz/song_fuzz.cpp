@@ -5,10 +5,14 @@
 #include "base/errors.h"
 #include "singing/song.h"
 
+/// Songs as JSON and as subtitles.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  try {
-    mouthpiece::parseSongJson({reinterpret_cast<const char*>(data), size}, "fuzz.json");
-  } catch (const mouthpiece::InputError&) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  for (const auto parse : {mouthpiece::parseSongJson, mouthpiece::parseSubtitleSong}) {
+    try {
+      MOUTHPIECE_EXPECT(!parse(bytes, "fuzz").words.empty());
+    } catch (const mouthpiece::InputError&) {
+    }
   }
   return 0;
 }

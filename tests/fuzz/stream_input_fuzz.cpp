@@ -1,8 +1,5 @@
 // What comes over standard input while a line is being said: lines of labels, text sentence by sentence, and chunks of
 // sound with their places. Any bytes end, within their bounds, in all of the text or an InputError.
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +7,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "open_bytes.h"
 #include "programs/synth/stream_ends.h"
 #include "speaker/live_parts.h"
 
@@ -18,21 +16,6 @@ namespace {
 /// 400 bytes, and what follows of bytes that would go on a letter of UTF-8, at most what is read at once.
 constexpr std::size_t kLongestSentence = 400 + 64 * 1024;
 constexpr std::size_t kLongestLine = 64 * 1024;
-
-/// Bytes as a file that only its name leads to.
-class OpenBytes {
- public:
-  OpenBytes(const std::uint8_t* data, std::size_t size) : descriptor_(memfd_create("fuzz", MFD_CLOEXEC)) {
-    MOUTHPIECE_EXPECT(descriptor_ >= 0 && write(descriptor_, data, size) == static_cast<ssize_t>(size));
-  }
-  ~OpenBytes() { close(descriptor_); }
-  OpenBytes(const OpenBytes&) = delete;
-  OpenBytes& operator=(const OpenBytes&) = delete;
-  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
- private:
-  int descriptor_;
-};
 
 void readLines(const std::string& file) {
   const std::atomic<bool> is_stopped = false;
@@ -82,7 +65,7 @@ void orderChunks(const std::uint8_t* data, std::size_t size) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const OpenBytes bytes(data, size);
+  const mouthpiece::OpenBytes bytes(data, size);
   readLines(bytes.path());
   readSentences(bytes.path());
   orderChunks(data, size);

@@ -277,7 +277,8 @@ class ListReader {
   template <typename Fault>
   void keep(BatchLine line, const Fault& fault) {
     for (const std::filesystem::path& file : {line.line.audio, line.line.phones, line.line.times, line.line.song}) {
-      if (!file.empty() && !std::filesystem::exists(file))
+      std::error_code no_such_name;  // longer than any
+      if (!file.empty() && !std::filesystem::exists(file, no_such_name))
         return fault(fmt::format("names '{}', which is not there", printable(file.string(), 400)));
     }
     list_.lines.push_back(std::move(line));
@@ -290,6 +291,32 @@ class ListReader {
   std::size_t empty_cells_ = 0;
   BatchList list_;
 };
+
+/// A setting of `options` by its column's name, as `line` of `file` has it. False for a name that is none.
+bool setBy(SpeakerOptions& options, std::string_view name, const std::string& value, const std::filesystem::path& file,
+           std::size_t line) {
+  const std::filesystem::path beside = file.parent_path();
+  if (name == "voice") {
+    if (!value.empty()) options.voice = value;
+  } else if (name == "language") {
+    if (!value.empty()) options.language = value;
+  } else if (name == "corpus") {
+    if (!value.empty()) options.corpus = beside / value;
+  } else if (name == "face") {
+    if (!value.empty()) options.face = beside / value;
+  } else if (name == "lexicon") {
+    if (!value.empty()) options.lexicon = beside / value;
+  } else if (name == "rate") {
+    if (value.empty()) return true;
+    options.rate = parseNumber(value);
+    if (!options.rate)
+      throw InputError(file.string(), std::to_string(line),
+                       fmt::format("found the rate '{}'; expected 0.4 to 2.5", printable(value)));
+  } else {
+    return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -306,6 +333,41 @@ Shard parseShard(const std::string& text) {
 
 BatchList readBatchList(const std::filesystem::path& path, const std::vector<std::string>& languages) {
   return ListReader(path, languages).read();
+}
+
+std::map<std::string, SpeakerOptions> readCast(const std::filesystem::path& path, const SpeakerOptions& usual) {
+  constexpr std::uint64_t kMostBytes = 1 << 24;
+  const DelimitedTable table = parseDelimited(readFile(path, kMostBytes), path.string());
+  if (!table.faults.empty())
+    throw InputError(path.string(), std::to_string(table.faults.front().row), table.faults.front().what);
+  constexpr std::string_view kExpected =
+      "expected a first row of speaker and some of voice corpus face language rate lexicon";
+  if (table.rows.size() < 2) throw InputError(path.string(), "", fmt::format("names nobody; {}", kExpected));
+  const DelimitedTable::Row& header = table.rows.front();
+  std::map<std::string, SpeakerOptions> cast;
+  for (std::size_t r = 1; r < table.rows.size(); ++r) {
+    const DelimitedTable::Row& row = table.rows[r];
+    SpeakerOptions options = usual;
+    std::string speaker;
+    if (row.cells.size() != header.cells.size())
+      throw InputError(path.string(), std::to_string(row.line),
+                       fmt::format("found {} cells; expected {}", row.cells.size(), header.cells.size()));
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      const std::string name = lowerCase(trimmed(header.cells[i])), value(trimmed(row.cells[i]));
+      if (name == "speaker") {
+        speaker = value;
+      } else if (!setBy(options, name, value, path, row.line)) {
+        throw InputError(path.string(), std::to_string(header.line),
+                         fmt::format("found a column '{}'; {}", printable(name), kExpected));
+      }
+    }
+    if (speaker.empty())
+      throw InputError(path.string(), std::to_string(row.line), "names no speaker; expected one a row");
+    if (!cast.emplace(speaker, options).second)
+      throw InputError(path.string(), std::to_string(row.line),
+                       fmt::format("names the speaker '{}' a second time; expected each once", printable(speaker)));
+  }
+  return cast;
 }
 
 std::vector<BatchLine> linesOfShard(const std::vector<BatchLine>& lines, const Shard& shard) {

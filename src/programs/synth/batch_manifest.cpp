@@ -230,6 +230,7 @@ std::optional<Manifest> readManifest(const fs::path& folder, const std::string& 
     const JsonField root = parseJson(*text, json.string(), "a manifest of synth batch");
     manifest.emplace();
     manifest->list = root["list"].text();
+    if (!root["settings"].isObject()) root["settings"].refuse("an object");
     manifest->settings = jsonText(ordered_json::parse(*text).at("settings"));
     manifest->lines_in_list = static_cast<std::size_t>(root["lines_in_list"].whole(0, std::int64_t{1} << 40));
     manifest->other_columns = textsOf(root["other_columns"]);

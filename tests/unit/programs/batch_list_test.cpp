@@ -51,6 +51,8 @@ TEST_F(ReadingBatchList, ReadsRecordings) {
   EXPECT_EQ(spoken.at(0).line.text, "hello");
   EXPECT_EQ(read("id,audio,phones\na,a.wav,a.lab\n").lines.at(0).line.phones.filename(), "a.lab");
   EXPECT_NE(faults("id,audio\na,nowhere.wav\n").find("2: names"), std::string::npos);
+  EXPECT_NE(faults("id,audio\na," + std::string(300, 'x') + "\n").find("2: names"), std::string::npos)
+      << "no file can have that name";
 }
 
 TEST_F(ReadingBatchList, ReadsSongsAndTheirSounds) {
