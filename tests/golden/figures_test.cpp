@@ -51,8 +51,9 @@ std::vector<std::vector<std::string>> rowsOf(const fs::path& csv) {
 
 /// Edges between words, against those that GRID publishes: every twelfth take, 250 edges. All takes have 14.3 and 51.2
 /// ms, 2.6 % over 60 ms (docs/theory/hearing/alignment.md), these 17.0, 51.2 and 2.8 %.
+/// 52 ms is what was promised; the others are held to 3 %.
 TEST_F(RealCapture, WordsAreHeardWhereTheyWerePublished) {
-  constexpr double kMedianMs = 17.0 * 1.03, kMostMs = 51.3 * 1.03, kShareOverSixty = 0.028 * 1.03;
+  constexpr double kMedianMs = 17.0 * 1.03, kMostMs = 52, kShareOverSixty = 0.028 * 1.03;
   std::vector<std::vector<std::string>> rows = rowsOf(kGrid / "alignment_check.csv");
   std::sort(rows.begin(), rows.end());
   std::vector<double> off_ms;
