@@ -15,30 +15,40 @@ constexpr std::size_t kMostHintBytes = 1 << 16;
 
 }  // namespace
 
-KnownLines::KnownLines(std::string_view hint, const std::vector<std::string>& known, const Pronouncer& pronouncer) {
-  if (hint.size() > kMostHintBytes)
-    throw InputError("hint", "", fmt::format("has {} bytes; expected at most 64 KiB", hint.size()));
-  if (!hint.empty()) add(hint, pronouncer);
-  for (const std::string& line : known) {
+KnownLines::KnownLines(const std::vector<std::string>& lines, const Pronouncer& pronouncer) {
+  for (const std::string& line : lines) {
+    std::vector<std::string> words;
     try {
-      add(line, pronouncer);
+      for (const TranscriptWord& word : pronouncer.wordsOf(line)) {
+        words.push_back(lowerCase(word.text));
+        book_.more.push_back({words.back(), word.ways.front().phones});
+      }
     } catch (const InputError&) {  // a line that cannot be said is none that is said again
+      continue;
     }
-  }
-  for (const std::vector<std::string>& line : book_.lines) {
     std::string before;
-    for (const std::string& word : line) follows_.emplace(std::exchange(before, word), word);
+    for (const std::string& word : words) follows_.emplace(std::exchange(before, word), word);
+    book_.lines.push_back(std::move(words));
   }
 }
 
-void KnownLines::add(std::string_view line, const Pronouncer& pronouncer) {
-  std::vector<std::string> words;
-  for (const TranscriptWord& word : pronouncer.wordsOf(line)) {
-    std::string text = lowerCase(word.text);
-    book_.more.push_back({text, word.ways.front().phones});
-    words.push_back(std::move(text));
+KnownLines KnownLines::ofHint(std::string_view hint, const Pronouncer& pronouncer) {
+  if (hint.size() > kMostHintBytes)
+    throw InputError("hint", "", fmt::format("has {} bytes; expected at most 64 KiB", hint.size()));
+  std::vector<std::string> phrases;
+  if (!hint.empty()) {
+    pronouncer.wordsOf(hint);  // says what cannot be said
+    phrases.emplace_back();
   }
-  book_.lines.push_back(std::move(words));
+  for (std::size_t i = 0; i < hint.size(); ++i) {
+    const bool is_last_of_word = i + 1 == hint.size() || hint[i + 1] == ' ' || hint[i + 1] == '\n';
+    if (hint[i] == '\n' || hint[i] == ';' || (hint[i] == ',' && is_last_of_word)) {
+      phrases.emplace_back();
+    } else {
+      phrases.back() += hint[i];
+    }
+  }
+  return {phrases, pronouncer};
 }
 
 double KnownLines::inOrder(const std::vector<std::string>& words) const {

@@ -193,8 +193,8 @@ void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, HeardPhon
                            .hearing = std::move(hearing),
                            .by_network = std::move(phones),
                            .by_both = std::move(by_both)};
-  const bool is_noise = stretch.by_both && options_.hint.empty() && heardAsPhones(stretch.by_network) < kLeastPhones;
-  if (is_noise) return all.passOver(stretch.span);
+  const bool is_noise = stretch.by_both && heardAsPhones(stretch.by_network) < kLeastPhones;
+  if (is_noise && options_.hint.empty()) return all.passOver(stretch.span);
   if (!words_) {
     const StretchHearing& by_all = stretch.phones();
     if (by_all.heardFor() == 0) return all.passOver(stretch.span);
@@ -204,15 +204,14 @@ void SoundRecogniser::hearStretch(const Said& said, HeardByEar by_ear, HeardPhon
   for (const std::int16_t sample : said.samples) stretch.clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   WordDecision decision = words_->decide(by_network, stretch);
   std::optional<WordsHeard>& words = decision.words;
-  if (isNoSpeech(decision, stretch.phones())) return all.passOver(stretch.span);
+  if ((is_noise && !decision.by_hint) || isNoSpeech(decision, stretch.phones())) return all.passOver(stretch.span);
   all.addStretch(stretch.span, decision.odds, stretch.hearing.heardFor());
   if (!decision.are_taken) return collectPhones(stretch, words ? &*words : nullptr, all);
   doubtWords(decision.word_odds, said.start, *words, all);
   SpeechLabels& labels = words->alignment.labels;
   if (stretch.by_both && labels.words.size() == decision.word_odds.size())
     hearUnlikelyWords(*stretch.by_both, decision.word_odds, labels, words->fits);
-  if ((decision.by_model || options_.hint.empty()) && !stretch.is_speaker)
-    keepClosings(stretch.phones(), labels.phones, words->fits);
+  if (!decision.by_hint && !stretch.is_speaker) keepClosings(stretch.phones(), labels.phones, words->fits);
   collectWords(*words, said.start, all);
 }
 

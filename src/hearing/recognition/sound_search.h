@@ -41,10 +41,11 @@ class WordSearch {
   /// The likeliest words of the language in a sound of 16 kHz, by its language model. `voice`: of who says them.
   FoundWords hear(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
-  /// What hearBook() hears by.
-  void setBook(const PhraseBook& book);
-  /// The likeliest words of the book.
-  std::vector<std::string> hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
+  /// What hearBook() hears by under this name.
+  void setBook(const std::string& name, const PhraseBook& book);
+  /// The likeliest words of the book; none of one without words.
+  std::vector<std::string> hearBook(const std::string& name, std::span<const std::int16_t> samples,
+                                    const VoiceTransform& voice = {});
 
  private:
   struct State;

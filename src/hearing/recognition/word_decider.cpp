@@ -28,8 +28,10 @@ constexpr double kWordsAgainstPhones = 0.85;
 /// Of who is not known even words that are wrong in part tell more than phones that are heard without them: words of
 /// the language model are taken where they have these odds as a transcript's (logarithm, mean).
 constexpr double kWordsBelieved = 3.0;
-/// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
+/// Words of whose pairs a smaller share follow each other in a hint, or in a corpus' lines, are not theirs.
 constexpr double kLeastInOrder = 0.8;
+/// The names of their words among the searches.
+constexpr const char *kHint = "hint", *kCorpus = "corpus";
 /// Where a network's words are in less of such order, the lines are not looked for.
 constexpr double kLeastNearOrder = 0.15;
 
@@ -37,18 +39,19 @@ constexpr double kLeastNearOrder = 0.15;
 
 WordDecider::WordDecider(const RecogniserOptions& options)
     : as_(options.as),
-      has_hint_(!options.hint.empty()),
       language_(*options.language),
       pronouncer_(options.lexicon, language_),
       aligner_(std::filesystem::path(), language_),
-      lines_(options.hint, options.known, pronouncer_) {
+      hint_(KnownLines::ofHint(options.hint, pronouncer_)),
+      lines_(options.known, pronouncer_) {
   if (!WordSearch::isAvailable(language_)) search();  // says what is missing
 }
 
 WordSearch& WordDecider::search() {
   if (!search_) {
     search_.emplace(language_);
-    search_->setBook(lines_.book());
+    search_->setBook(kHint, hint_.book());
+    search_->setBook(kCorpus, lines_.book());
   }
   return *search_;
 }
@@ -67,7 +70,7 @@ std::string textOf(const std::vector<NetworkWord>& words) {
 
 bool WordDecider::mayBeKnown(const std::vector<NetworkWord>& by_network, bool is_speaker) const {
   if (lines_.book().lines.empty()) return false;
-  if (has_hint_ || is_speaker || by_network.empty()) return true;
+  if (is_speaker || by_network.empty()) return true;
   std::vector<std::string> words;
   try {
     for (const TranscriptWord& word : pronouncer_.wordsOf(textOf(by_network))) words.push_back(lowerCase(word.text));
@@ -101,7 +104,6 @@ std::optional<WordsHeard> WordDecider::wordsAs(std::string_view text, const Unde
 }
 
 double WordDecider::oddsOfKnown(const WordsHeard& words, const UndecidedStretch& stretch, double in_order) const {
-  if (has_hint_) return -std::numeric_limits<double>::infinity();
   if (stretch.is_speaker) return in_order < kLeastInOrder ? 0 : -std::numeric_limits<double>::infinity();
   return oddsOfCorpusWords(stretch.hearing.apartFrom(words.alignment.labels), words.word_odds, in_order);
 }
@@ -119,24 +121,33 @@ bool areLikely(const ModelWords& words, const UndecidedStretch& stretch) {
 
 }  // namespace
 
+std::optional<WordsHeard> WordDecider::hintedWords(const UndecidedStretch& stretch) {
+  if (hint_.book().lines.empty()) return std::nullopt;
+  const std::vector<std::string> words = search().hearBook(kHint, stretch.samples, stretch.voice);
+  return hint_.inOrder(words) < kLeastInOrder ? std::nullopt : wordsAs(textOf(words), stretch);
+}
+
 WordDecision WordDecider::decide(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch) {
   const StretchHearing& hearing = stretch.hearing;
   WordDecision decision;
   std::optional<WordsHeard>& best = decision.words;
   std::optional<ModelWords> found;
+  best = hintedWords(stretch);
+  decision.by_hint = best.has_value();
   double in_order = 0;
-  if (mayBeKnown(by_network, stretch.is_speaker)) {
-    const std::vector<std::string> words = search().hearBook(stretch.samples, stretch.voice);
+  if (!best && mayBeKnown(by_network, stretch.is_speaker)) {
+    const std::vector<std::string> words = search().hearBook(kCorpus, stretch.samples, stretch.voice);
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
     in_order = lines_.inOrder(words);
-    const bool may_be = has_hint_ || stretch.is_speaker || in_order >= kLeastInOrder;
+    const bool may_be = stretch.is_speaker || in_order >= kLeastInOrder;
     if (may_be) best = wordsAs(textOf(words), stretch);
   }
   if (!best || best->fit < kSurelyFits) {
     std::optional<ModelWords> any = wordsByModels(by_network, stretch);
     if (any && (!best || any->heard.fit > kBookBonus * best->fit ||
-                (any->by_network && any->odds < oddsOfKnown(*best, stretch, in_order)))) {
+                (any->by_network && !decision.by_hint && any->odds < oddsOfKnown(*best, stretch, in_order)))) {
       best = any->heard;
+      decision.by_hint = false;
       found = std::move(any);
     }
   }
@@ -146,7 +157,7 @@ WordDecision WordDecider::decide(const std::vector<NetworkWord>& by_network, con
   if (decision.are_taken && found) {
     decision.odds = found->odds;
     decision.word_odds = found->word_odds;
-  } else if (decision.are_taken && !has_hint_ && !stretch.is_speaker) {
+  } else if (decision.are_taken && !decision.by_hint && !stretch.is_speaker) {
     decision.odds = oddsOfKnown(*best, stretch, in_order);
   } else {
     decision.odds = best ? oddsOfWords(hearing.apartFrom(best->alignment.labels), best->word_odds)

@@ -56,8 +56,9 @@ struct UndecidedStretch {
 /// The words that are taken for a stretch, if any, and the logarithm of the odds that much of them is wrong.
 struct WordDecision {
   std::optional<WordsHeard> words;
-  bool are_taken = false;         ///< else phones are heard, by the words where they fit
-  bool by_model = false;          ///< no hint's or corpus' words
+  bool are_taken = false;  ///< else phones are heard, by the words where they fit
+  bool by_model = false;   ///< no hint's or corpus' words
+  bool by_hint = false;
   std::vector<double> word_odds;  ///< ModelWords::word_odds
   double odds = 0;
 };
@@ -79,10 +80,12 @@ class WordDecider {
  private:
   /// PocketSphinx, from when it is first asked.
   WordSearch& search();
-  /// Whether known lines may be said, by the network's words where it heard some.
+  /// The hint's words, where they are in its order: any sound is some row of them.
+  std::optional<WordsHeard> hintedWords(const UndecidedStretch& stretch);
+  /// Whether the corpus' lines may be said, by the network's words where it heard some.
   [[nodiscard]] bool mayBeKnown(const std::vector<NetworkWord>& by_network, bool is_speaker) const;
-  /// The logarithm of the odds that much of known lines' words is wrong, against a network's: a hint's words are meant,
-  /// and of the corpus' speaker those that follow each other as in its lines.
+  /// The logarithm of the odds that much of the corpus' words is wrong, against a network's: those of its speaker are
+  /// meant that follow each other as in its lines.
   [[nodiscard]] double oddsOfKnown(const WordsHeard& words, const UndecidedStretch& stretch, double in_order) const;
   std::optional<WordsHeard> wordsAs(std::string_view text, const UndecidedStretch& stretch);
   std::optional<ModelWords> wordsBySearch(const UndecidedStretch& stretch);
@@ -91,11 +94,10 @@ class WordDecider {
   std::optional<ModelWords> wordsByModels(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch);
 
   HearAs as_;
-  bool has_hint_;
   const Language& language_;
   Pronouncer pronouncer_;
   ForcedAligner aligner_;
-  KnownLines lines_;
+  KnownLines hint_, lines_;
   std::optional<WordSearch> search_;
 };
 

@@ -62,7 +62,8 @@ class SearchBeams {
 
 struct WordSearch::State {
   SphinxPointer<ps_decoder_t> decoder;
-  bool has_model = false, has_book = false;
+  bool has_model = false;
+  std::set<std::string> books;
   std::string model;
 };
 
@@ -194,7 +195,7 @@ FoundWords WordSearch::hear(std::span<const std::int16_t> samples, const VoiceTr
   return found;
 }
 
-void WordSearch::setBook(const PhraseBook& book) {
+void WordSearch::setBook(const std::string& name, const PhraseBook& book) {
   ps_decoder_t* decoder = state_->decoder.get();
   for (const auto& [word, phones] : book.more) {
     const std::unique_ptr<char, decltype(&free)> known(ps_lookup_word(decoder, word.c_str()), free);
@@ -218,12 +219,12 @@ void WordSearch::setBook(const PhraseBook& book) {
       at = to;
     }
   }
-  state_->has_book = false;
+  state_->books.erase(name);
   if (states.empty()) return;
   const int final_state = static_cast<int>(states.size()) + 2;
   constexpr double kWeight = 6.5;  // PocketSphinx' usual one
   const SphinxPointer<fsg_model_t> graph(
-      fsg_model_init("book", ps_get_logmath(decoder), static_cast<float>(kWeight), final_state + 1));
+      fsg_model_init(name.c_str(), ps_get_logmath(decoder), static_cast<float>(kWeight), final_state + 1));
   const auto cost = [&](double probability) {
     return static_cast<int>(kWeight * logmath_log(ps_get_logmath(decoder), probability));
   };
@@ -246,13 +247,14 @@ void WordSearch::setBook(const PhraseBook& book) {
   graph->start_state = kStart;
   graph->final_state = final_state;
   const SearchBeams beams(ps_get_config(decoder), kBookBeam, kBookWordBeam);
-  state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
+  if (ps_set_fsg(decoder, name.c_str(), graph.get()) >= 0) state_->books.insert(name);
 }
 
-std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice) {
-  if (!state_->has_book) return {};
+std::vector<std::string> WordSearch::hearBook(const std::string& name, std::span<const std::int16_t> samples,
+                                              const VoiceTransform& voice) {
+  if (!state_->books.contains(name)) return {};
   std::vector<KeptWord> places;
-  return searchWords(state_->decoder.get(), "book", samples, voice, places).words;
+  return searchWords(state_->decoder.get(), name.c_str(), samples, voice, places).words;
 }
 
 }  // namespace mouthpiece

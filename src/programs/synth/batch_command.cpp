@@ -26,6 +26,7 @@ struct BatchOptions : SharedOptions {
   fs::path list, cast;
   fs::path out_folder = "out";
   std::string shard = "1/1";
+  std::string hint;
   std::vector<std::string> formats, patterns, languages;
   std::size_t jobs = 0;
   bool again = false, check = false;
@@ -51,6 +52,7 @@ void addOptions(CLI::App& app, BatchOptions& options) {
   app.add_option("--cast", options.cast,
                  "Who speaks how: a table with a first row of speaker and any of voice, corpus, face, language, rate, "
                  "lexicon");
+  app.add_option("--hint", options.hint, "Words and phrases that are likely in the recordings without words");
   app.add_option("--shard", options.shard, "I/N: this run makes every N-th line, starting at the I-th")
       ->capture_default_str();
   app.add_flag("--again", options.again, "Make all lines, also those that are there and have not changed");
@@ -152,6 +154,11 @@ class BatchRun {
     for (const RowFault& fault : list_.faults)
       printNotice(fmt::format("{}:{}: {}", options_.list.string(), fault.row, fault.what), false);
     lines_ = linesOfShard(list_.lines, shard_);
+    for (BatchLine& batch_line : lines_) {
+      Line& line = batch_line.line;
+      if (!line.audio.empty() && line.text.empty() && line.phones.empty() && line.times.empty() && line.song.empty())
+        line.hint = options_.hint;
+    }
     if (options_.check) {
       printText(fmt::format("{} lines, {} rows that cannot be used\n", list_.lines.size(), list_.faults.size()));
       return list_.faults.empty() ? kExitDone : kExitBadInput;
@@ -206,6 +213,7 @@ class BatchRun {
     if (!line.line.song.empty())  // what other lines have stays what it was
       all += '\0' + fmt::format("song {} {}", fileHash(line.line.song),
                                 line.line.song_offset ? fmt::to_string(*line.line.song_offset) : "found");
+    if (!line.line.hint.empty()) all += '\0' + ("hint " + line.line.hint);
     for (const std::string& file : files_[i]) all += '\0' + file;
     return sha256Hex(all).substr(0, 16);
   }

@@ -139,8 +139,9 @@ TEST(Recogniser, FindsHintedLinesInNoise) {
     PhraseBook book;
     std::istringstream words(line);
     book.lines.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
-    search.setBook(book);
-    EXPECT_FALSE(search.hearBook(std::span(samples).subspan(first, std::min(end, samples.size()) - first)).empty())
+    search.setBook("line", book);
+    EXPECT_FALSE(
+        search.hearBook("line", std::span(samples).subspan(first, std::min(end, samples.size()) - first)).empty())
         << line;
   }
 }
@@ -220,13 +221,16 @@ TEST(Recogniser, TakesWordsOfUnknownSpeakers) {
 TEST(Recogniser, LeavesACorpusWordsInAnyOrder) {
   const std::vector<std::string> known{"why did the new pup serve the king", "the warm tub caught his feet",
                                        "please pile the wood", "he would like the hat", "two men cut the cup"};
-  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}, .known = known});
-  const auto heard = [&](const char* text) {
-    const AudioClip line = resampleAudio(makeVoice("flite:rms")->speak(text).audio, 16000);
-    return recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").text;
-  };
-  EXPECT_EQ(heard("i would like two cups of warm coffee please"), "i would like two cups of warm coffee please");
-  EXPECT_EQ(heard("the warm tub caught his feet"), "the warm tub caught his feet");
+  for (const char* hint : {"", "Mouthpiece, viseme"}) {
+    const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = hint, .known = known});
+    const auto heard = [&](const char* text) {
+      const AudioClip line = resampleAudio(makeVoice("flite:rms")->speak(text).audio, 16000);
+      return recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").text;
+    };
+    EXPECT_EQ(heard("i would like two cups of warm coffee please"), "i would like two cups of warm coffee please")
+        << "hint: " << hint;
+    EXPECT_EQ(heard("the warm tub caught his feet"), "the warm tub caught his feet") << "hint: " << hint;
+  }
 }
 
 /// Of a corpus of many lines most pairs of some row of its words follow each other somewhere.

@@ -270,12 +270,22 @@ TEST(FindSpeech, SilenceHoldsNothing) {
 }
 
 TEST(KnownLines, TellHowMuchOfWhatIsHeardIsInTheirOrder) {
-  const KnownLines lines("the time is now", {"\x01", "a cold night"}, Pronouncer());
+  const KnownLines lines({"the time is now", "\x01", "a cold night"}, Pronouncer());
   EXPECT_EQ(lines.book().lines.size(), 2U) << "what cannot be said is left out";
   EXPECT_DOUBLE_EQ(lines.inOrder({"the", "time", "is", "now"}), 1);
   EXPECT_DOUBLE_EQ(lines.inOrder({"a", "cold", "time", "is"}), 0.75);
   EXPECT_DOUBLE_EQ(lines.inOrder({"now", "is", "the"}), 0);
   EXPECT_DOUBLE_EQ(lines.inOrder({}), 0);
+}
+
+TEST(KnownLines, AreTheWordsAndPhrasesOfAHint) {
+  const auto linesOf = [](std::string_view hint) { return KnownLines::ofHint(hint, Pronouncer()).book().lines; };
+  EXPECT_EQ(linesOf("Mouthpiece, viseme;a cold\nnight"),
+            (std::vector<std::vector<std::string>>{{"mouthpiece"}, {"viseme"}, {"a", "cold"}, {"night"}}));
+  EXPECT_EQ(linesOf("1,000 nights").size(), 1U);
+  EXPECT_TRUE(linesOf("").empty());
+  EXPECT_THROW(linesOf("\x01"), InputError);
+  EXPECT_THROW(linesOf(std::string((1 << 16) + 1, 'a')), InputError);
 }
 
 }  // namespace
