@@ -1,9 +1,13 @@
 #include "synthesis/live_motion.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -93,6 +97,12 @@ std::vector<SelectedUnit> unitsNear(const std::vector<SelectedUnit>& units, cons
   return near;
 }
 
+/// How far a face may go, and where its contacts are, is known of a whole line alone.
+void expectUnset(bool is_unset, std::string_view name) {
+  if (!is_unset)
+    throw InputError(fmt::format("found {} for a stream; expected none, since the line is not known as a whole", name));
+}
+
 }  // namespace
 
 LiveMotion::LiveMotion(const UnitDatabase& database, const SynthesisOptions& options, const Language& language)
@@ -102,6 +112,15 @@ LiveMotion::LiveMotion(const UnitDatabase& database, const SynthesisOptions& opt
       !options.context.enabled || options.curves.model == nullptr) {
     throw InputError("a line can be followed while it is said by the method guided, with units of any kind, alone");
   }
+  for (const DialRow& dial : kSpeechDials) expectUnset(isUsual(dial, options.dials), dial.name);
+  const CurveOptions& curves = options.curves;
+  const LineEdits& edits = options.edits;
+  for (const auto& [name, wish] :
+       {std::pair("ma", &curves.ma), {"ps", &curves.ps}, {"ja", &curves.ja}, {"li", &curves.li}})
+    expectUnset(!wish->given && !wish->automatic, name);
+  expectUnset(edits.curves.empty() && edits.dials.empty() && edits.borders.empty() && edits.words.empty() &&
+                  edits.units.empty(),
+              "edits");
   if (database.corpus().trajectory_model == nullptr)
     throw InputError(database.corpus().name + ": predicts no movement; expected a corpus with a trajectory model");
   for (const TakeIndex take : evenlySpreadTakes(database.corpus(), kTakesOfWords))

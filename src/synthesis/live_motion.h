@@ -31,7 +31,8 @@ struct LiveFrames {
 /// do not grow with the line. Refers to the database. For one thread.
 class LiveMotion {
  public:
-  /// Throws InputError unless the method is the guided one, of units of any kind, in a corpus with a trajectory model.
+  /// Throws InputError unless the method is the guided one, of units of any kind, without dials, parameters of VOCAL's
+  /// curves and edits, in a corpus with a trajectory model.
   LiveMotion(const UnitDatabase& database, const SynthesisOptions& options, const Language& language);
 
   /// What is said next, for good. Phones follow one another without gaps and last longer than zero; silences side by

@@ -73,7 +73,12 @@ TEST_F(Live, EyesBlinkAndLookByTheSeedAlone) {
 TEST_F(Live, WhatNeedsTheWholeLineIsRefused) {
   for (const auto& ask : std::vector<std::function<void(Manner&)>>{
            [](Manner& manner) { manner.upper_face = Manner::UpperFace::kCaptured; },
-           [](Manner& manner) { manner.head_motion = true; }, [](Manner& manner) { manner.mood = "joy"; }}) {
+           [](Manner& manner) { manner.head_motion = true; }, [](Manner& manner) { manner.mood = "joy"; },
+           [](Manner& manner) { manner.strength.constant = 2; }, [](Manner& manner) { manner.jaw.constant = 0; },
+           [](Manner& manner) { manner.lips.constant = 0; }, [](Manner& manner) { manner.hold.constant = 1; },
+           [](Manner& manner) { manner.lead_ms.constant = 80; }, [](Manner& manner) { manner.smooth_ms.constant = 40; },
+           [](Manner& manner) { manner.ja.constant = 2; }, [](Manner& manner) { manner.li.constant = 2; },
+           [](Manner& manner) { manner.ma.constant = 1; }}) {
     SpeakerOptions options = optionsOf(false);
     ask(options.manner);
     Speaker speaker(options);
