@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <chrono>
@@ -98,6 +99,10 @@ void addOptions(CLI::App& app, StreamOptions& options) {
          "in time (default: 0; with --labels as long as --look-ahead, with --times 700)")
       ->check(CLI::Range(0.0, 60000.0));
   addSharedOptions(app, options);
+  for (const char* refused :
+       {"--method", "--select", "--units", "--style", "--ma", "--ps", "--ja", "--li", "--strength", "--jaw", "--lips",
+        "--hold", "--lead-ms", "--smooth", "--head-motion", "--mood", "--edits"})
+    app.get_option(refused)->group("");  // a stream says why
 }
 
 std::unique_ptr<StreamOutput> outputFor(const StreamOptions& options) {
@@ -130,14 +135,16 @@ class StreamFeeder {
       feedLabels();
     } else {
       if (!options_.words_file.empty())
-        words_.emplace(options_.words_file, stream_, options_.live, options_.real_time, is_stopped_);
+        words_.emplace(options_.words_file, stream_, options_.live, options_.real_time, is_stopped_, options_.quiet);
       feedSound();
       if (words_) words_->finish();
     }
     stream_.finish();
   }
-  /// Of the words beside sound; once run() has returned.
+  /// Once run() has returned: of the words beside sound; words and sentences that cannot be said; samples that came.
   [[nodiscard]] std::size_t wordsWithoutSound() const { return words_ ? words_->withoutSound() : 0; }
+  [[nodiscard]] std::size_t leftOut() const { return words_ ? words_->leftOut() : left_out_.count(); }
+  [[nodiscard]] std::size_t samples() const { return samples_; }
   /// The other thread has given up.
   void stop() { is_stopped_ = true; }
 
@@ -157,12 +164,19 @@ class StreamFeeder {
     SentenceReader sentences(options_.text_file, is_stopped_);
     bool any = false;
     while (const std::optional<std::string> sentence = sentences.next()) {
-      stream_.say(*sentence, [&](Seconds begin, const Sound& piece) {
-        if (wav) wav->write(piece, begin);
-      });
       any = true;
+      try {
+        stream_.say(*sentence, [&](Seconds begin, const Sound& piece) {
+          if (wav) wav->write(piece, begin);
+        });
+        left_out_.said();
+      } catch (const InputError& error) {
+        left_out_.add(options_.text_file == "-" ? "stdin" : options_.text_file, sentences.lineNumber(), error,
+                      options_.quiet);
+      }
       if (!mayGoOn()) return;
     }
+    left_out_.expectAnySaid();
     if (!any) throw InputError(options_.text_file, "", "holds nothing that can be said");
   }
 
@@ -178,9 +192,11 @@ class StreamFeeder {
       const std::optional<double> end = fields.size() > 1 ? parseNumber(fields[1]) : std::nullopt;
       if (!start || !end || fields.size() < 3)
         fail("found '" + fields[0] + " ...'; expected START END NAME in seconds");
+      const bool is_word = options_.labels == StreamLabels::kWords;
       try {
-        if (options_.labels == StreamLabels::kWords) {
+        if (is_word) {
           stream_.push(fields[2], TimeSpan{*start, *end});
+          left_out_.said();
         } else {
           LivePhone phone{fields[2], {*start, *end}};
           const std::optional<double> word = fields.size() > 3 ? parseNumber(fields[3]) : std::nullopt;
@@ -188,21 +204,23 @@ class StreamFeeder {
           stream_.push(phone);
         }
       } catch (const InputError& error) {
-        fail(error.what());
+        if (!is_word || !isTime({*start, *end})) fail(error.what());
+        left_out_.add("stdin", lines.lineNumber(), error, options_.quiet);
       }
       if (!mayGoOn()) return;
     }
+    left_out_.expectAnySaid();
   }
 
   void feedSound() {
     InputBytes input("stdin", is_stopped_);
     const std::size_t sample_bytes = options_.is_float ? 4 : 2;
     constexpr std::size_t kAtOnce = 4096;
-    std::string bytes;
-    bool is_first = true;
-    while (true) {
+    std::string bytes = options_.is_stamped ? "" : input.exactly(kHeadBytes);
+    expectRaw(bytes);
+    bool is_over = bytes.empty();
+    while (!is_over || options_.is_stamped) {
       std::optional<std::uint64_t> at;
-      std::size_t wanted = kAtOnce;
       if (options_.is_stamped) {
         constexpr std::size_t kStamp = 12;
         constexpr std::uint64_t kMostSamples = 1 << 20;
@@ -218,22 +236,39 @@ class StreamFeeder {
           throw InputError("stdin", fmt::format("byte {}", input.offset() - stamp.size()),
                            "is no stamp of a chunk; expected its first sample's number and at most 1048576 samples");
         at = number(0, 8);
-        wanted = count * sample_bytes;
-        bytes = input.exactly(wanted);
+        bytes = input.exactly(count * sample_bytes);
+        is_over = bytes.size() < count * sample_bytes;
       } else {
-        bytes += input.some(kAtOnce - bytes.size());
-        if (is_first && bytes.starts_with("RIFF"))
-          throw InputError("stdin", "", "is a WAV file; expected raw samples, as `sox a.wav -t raw -` writes them");
+        const std::string more = input.some(kAtOnce - bytes.size());
+        is_over = more.empty();
+        bytes += more;
       }
-      if (bytes.size() < sample_bytes) return;
-      is_first = false;
-      push(bytes, at);
+      if (bytes.size() >= sample_bytes) push(bytes, at);
       bytes.erase(0, bytes.size() / sample_bytes * sample_bytes);
       if (!mayGoOn()) return;
+      if (is_over && (options_.is_stamped || !bytes.empty()))
+        throw InputError("stdin", fmt::format("byte {}", input.offset()),
+                         options_.is_stamped ? "ends within a chunk" : "ends within a sample");
     }
   }
 
+  /// Throws InputError for the head of a file that is no raw samples. MP3 without a tag looks like samples.
+  static void expectRaw(std::string_view head) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kHeads{
+        {{"RIFF", "a WAV"}, {"fLaC", "a FLAC"}, {"OggS", "an Ogg"}, {"ID3", "an MP3"}}};
+    std::string_view kind = head.size() >= kHeadBytes && head.substr(4, 4) == "ftyp" ? "an M4A or MP4" : "";
+    for (const auto& [begin, name] : kHeads) {
+      if (head.starts_with(begin)) kind = name;
+    }
+    if (!kind.empty())
+      throw InputError("stdin", "",
+                       fmt::format("is {} file; expected raw samples, as `ffmpeg -i FILE -ac 1 -ar 16000 -f s16le -` "
+                                   "writes them",
+                                   kind));
+  }
+
   void push(const std::string& bytes, std::optional<std::uint64_t> at) {
+    samples_ += bytes.size() / (options_.is_float ? 4 : 2);
     const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
     if (options_.is_float) {
       std::vector<float> samples(bytes.size() / 4);
@@ -256,7 +291,11 @@ class StreamFeeder {
 
   const StreamOptions& options_;
   LiveStream& stream_;
+  static constexpr std::size_t kHeadBytes = 8;
+
   std::optional<WordsBesideSound> words_;
+  LeftOut left_out_;
+  std::size_t samples_ = 0;
   std::atomic<bool> is_stopped_ = false;
 };
 
@@ -298,19 +337,22 @@ void writeFrames(LiveStream& stream, StreamOutput& output, const StreamOptions& 
   }
 }
 
-void tellCounts(const LiveCounts& counts, std::size_t words_without_sound, const StreamOptions& options) {
+void tellCounts(const LiveCounts& counts, const StreamFeeder& feeder, const StreamOptions& options) {
+  const auto warn = [&](const std::string& what) { printNotice("warning: " + what, options.quiet); };
   if (counts.words_missed > 0)
-    printNotice(fmt::format("warning: words were not heard {} times in which the network failed or took too long; "
-                            "phones were heard there",
-                            counts.words_missed),
-                options.quiet);
-  if (words_without_sound > 0)
-    printNotice(
-        fmt::format("warning: words that were said before all their sound had come: {}; their phones are as long "
-                    "as they usually are",
-                    words_without_sound),
-        options.quiet);
-  if (options.quiet && !options.json) return;
+    warn(
+        fmt::format("words were not heard {} times in which the network failed or took too long; phones were heard "
+                    "there",
+                    counts.words_missed));
+  if (feeder.wordsWithoutSound() > 0)
+    warn(
+        fmt::format("words that were said before all their sound had come: {}; their phones are as long as they "
+                    "usually are",
+                    feeder.wordsWithoutSound()));
+  constexpr double kManyUnusable = 0.01;
+  if (static_cast<double>(counts.unusable_samples) > kManyUnusable * static_cast<double>(feeder.samples()))
+    warn(fmt::format("{} of {} samples are no numbers from -1 to 1; expected the samples that --pcm-format says",
+                     counts.unusable_samples, feeder.samples()));
   if (options.json) {
     const nlohmann::json facts{{"frames", counts.frames},
                                {"frames_at_rest", counts.frames_at_rest},
@@ -322,14 +364,19 @@ void tellCounts(const LiveCounts& counts, std::size_t words_without_sound, const
                                {"unusable_samples", counts.unusable_samples},
                                {"missing_s", counts.missing},
                                {"words_missed", counts.words_missed},
-                               {"words_without_sound", words_without_sound}};
+                               {"words_without_sound", feeder.wordsWithoutSound()},
+                               {"left_out", feeder.leftOut()}};
     std::fputs((facts.dump() + "\n").c_str(), stderr);
     return;
   }
-  printNotice(
+  std::string told =
       fmt::format("{} frames, {} at rest for want of input; {} chunks, {} lost, {} late, {} doubled", counts.frames,
-                  counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled),
-      false);
+                  counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled);
+  if (counts.missing > 0) told += fmt::format(", {:.2f} s missing", counts.missing);
+  if (counts.restarts > 0) told += fmt::format(", {} restarts of the sender's clock", counts.restarts);
+  if (counts.unusable_samples > 0) told += fmt::format(", {} unusable samples", counts.unusable_samples);
+  if (feeder.leftOut() > 0) told += fmt::format("; {} words or sentences left out", feeder.leftOut());
+  printNotice(told, options.quiet);
 }
 
 int runStream(const StreamOptions& given) {
@@ -371,7 +418,7 @@ int runStream(const StreamOptions& given) {
   feeding.join();
   std::fflush(stdout);
   if (failed) std::rethrow_exception(failed);
-  tellCounts(stream.counts(), feeder.wordsWithoutSound(), options);
+  tellCounts(stream.counts(), feeder, options);
   return kExitDone;
 }
 

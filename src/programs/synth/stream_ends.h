@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mouthpiece/errors.h"
 #include "mouthpiece/live.h"
 
 namespace mouthpiece {
@@ -60,14 +61,36 @@ class SentenceReader {
       : input_(file == "-" ? "stdin" : file, is_stopped) {}
   /// With something to say in it; nullopt at the end.
   std::optional<std::string> next();
+  /// Where the last one begins, from 1.
+  [[nodiscard]] std::size_t lineNumber() const { return line_number_; }
 
  private:
   std::optional<std::size_t> endOfSentence() const;
 
   InputBytes input_;
   std::string read_;
+  std::size_t line_number_ = 0, lines_before_ = 0;  ///< the second: ends of lines before `read_`
   bool is_over_ = false;
 };
+
+/// Words or sentences of an input that cannot be said, which a stream goes on without.
+class LeftOut {
+ public:
+  /// Tells of one, unless `quiet`. `place`: its line.
+  void add(const std::string& file, std::size_t line, const InputError& why, bool quiet);
+  void said() { is_any_said_ = true; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// Throws the first one's InputError where nothing else was said.
+  void expectAnySaid() const;
+
+ private:
+  std::optional<InputError> first_;
+  std::size_t count_ = 0;
+  bool is_any_said_ = false;
+};
+
+/// Whether a word may be said then; what is wrong with one that may be is the word.
+inline bool isTime(const TimeSpan& span) { return span.start >= 0 && span.end > span.start; }
 
 /// The fields of a line of labels between blanks; false for an empty line or a comment (#).
 bool splitLabel(const std::string& line, std::vector<std::string>& fields);

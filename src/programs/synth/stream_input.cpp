@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "mouthpiece/errors.h"
+#include "programs/program.h"
 
 namespace mouthpiece {
 namespace {
@@ -131,6 +132,9 @@ std::optional<std::string> SentenceReader::next() {
     while (const std::optional<std::size_t> end = endOfSentence()) {
       std::string sentence = read_.substr(0, *end);
       read_.erase(0, *end);
+      const auto begin = std::find_if_not(sentence.begin(), sentence.end(), isBlankByte);
+      line_number_ = 1 + lines_before_ + static_cast<std::size_t>(std::count(sentence.begin(), begin, '\n'));
+      lines_before_ += static_cast<std::size_t>(std::count(sentence.begin(), sentence.end(), '\n'));
       if (std::any_of(sentence.begin(), sentence.end(), isLetterByte)) return sentence;
     }
     if (is_over_) return std::nullopt;
@@ -138,6 +142,17 @@ std::optional<std::string> SentenceReader::next() {
     is_over_ = more.empty();
     read_ += more;
   }
+}
+
+void LeftOut::add(const std::string& file, std::size_t line, const InputError& why, bool quiet) {
+  const InputError told(file, std::to_string(line), why.what());
+  printNotice(std::string("warning: ") + told.what() + "; it is left out", quiet);
+  if (!first_) first_ = told;
+  ++count_;
+}
+
+void LeftOut::expectAnySaid() const {
+  if (first_ && !is_any_said_) throw InputError(*first_);
 }
 
 bool splitLabel(const std::string& line, std::vector<std::string>& fields) {

@@ -23,8 +23,13 @@ constexpr std::chrono::seconds kPatience(5);
 }  // namespace
 
 WordsBesideSound::WordsBesideSound(std::string file, LiveStream& stream, const LiveOptions& options, bool in_real_time,
-                                   const std::atomic<bool>& is_stopped)
-    : file_(std::move(file)), stream_(stream), options_(options), in_real_time_(in_real_time), is_stopped_(is_stopped) {
+                                   const std::atomic<bool>& is_stopped, bool quiet)
+    : file_(std::move(file)),
+      stream_(stream),
+      options_(options),
+      in_real_time_(in_real_time),
+      is_stopped_(is_stopped),
+      quiet_(quiet) {
   reading_ = std::thread([this] {
     try {
       readWords();
@@ -77,13 +82,16 @@ void WordsBesideSound::readWords() {
     try {
       const std::scoped_lock lock(pushing_);
       stream_.push(fields[2], span);
+      left_out_.said();
+      if (!has_sound) ++without_sound_;
     } catch (const InputError& error) {
-      throw InputError(file_, place, error.what());
+      if (!isTime(span)) throw InputError(file_, place, error.what());
+      left_out_.add(file_, lines.lineNumber(), error, quiet_);
     }
-    if (!has_sound) ++without_sound_;
     while (!is_over_ && stream_.saidUntil() > shownUntil() + kAhead + options_.look_ahead) waitAWhile();
     is_saying_ = false;
   }
+  left_out_.expectAnySaid();
 }
 
 void WordsBesideSound::pushSound(std::span<const float> samples) {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "mouthpiece/live.h"
+#include "programs/synth/stream_ends.h"
 
 namespace mouthpiece {
 
@@ -19,7 +20,7 @@ class WordsBesideSound {
   /// `file`: lines START END WORD, read by a thread of their own. `in_real_time`: frames are pulled when their time
   /// comes, so that a word waits no longer than they can.
   WordsBesideSound(std::string file, LiveStream& stream, const LiveOptions& options, bool in_real_time,
-                   const std::atomic<bool>& is_stopped);
+                   const std::atomic<bool>& is_stopped, bool quiet);
   ~WordsBesideSound();
   WordsBesideSound(const WordsBesideSound&) = delete;
   WordsBesideSound& operator=(const WordsBesideSound&) = delete;
@@ -29,6 +30,8 @@ class WordsBesideSound {
   /// No sound follows: the words that are left are said, and silence to the sound's end. Throws InputError for a line
   /// that is none.
   void finish();
+  /// Words that cannot be said, after finish().
+  [[nodiscard]] std::size_t leftOut() const { return left_out_.count(); }
   /// Words that were said before all their sound had come.
   [[nodiscard]] std::size_t withoutSound() const { return without_sound_; }
 
@@ -44,6 +47,8 @@ class WordsBesideSound {
   const LiveOptions options_;
   const bool in_real_time_;
   const std::atomic<bool>& is_stopped_;
+  const bool quiet_;
+  LeftOut left_out_;                   ///< of the reading thread
   std::atomic<bool> is_over_ = false;  ///< nobody asks for more words
   std::atomic<bool> has_all_sound_ = false;
   std::atomic<bool> is_saying_ = false;   ///< a word whose sound has come

@@ -384,16 +384,68 @@ TEST_F(Streaming, AStalledSenderIsCountedAndHeardAgain) {
   EXPECT_EQ(counts.at("dropped"), 0);
 }
 
+/// What follows is said, and the notice tells where it stood.
+TEST_F(Streaming, GoesOnWithoutWhatCannotBeSaid) {
+  const std::string words = "0.2 0.6 now\n0.7 0.9 -\n1.0 1.3 then\n";
+  for (const auto& [arguments, input, place] : std::vector<std::array<std::string, 3>>{
+           {"--labels words --json", words, "stdin:2: "},
+           {"--labels words --json", "0.2 0.6 now\n0.7 0.9 \xCF\x80\n1.0 1.3 then\n", "stdin:2: "},
+           {"--text-file - --voice flite:slt --json", "The first.\n\nThe \xCF\x80 is Greek.\nThe last line.\n",
+            "stdin:3: "}}) {
+    const ProgramResult result = run(arguments, input);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.err.find(place), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("\"left_out\":1"), std::string::npos) << result.err;
+    EXPECT_GT(std::count(result.out.begin(), result.out.end(), '\n'), 70) << arguments;
+  }
+  scratch_.write("words.txt", words);
+  const ProgramResult beside = run("--json --times " + (scratch_.path() / "words.txt").string(), someSound());
+  EXPECT_EQ(beside.exit_code, 0) << beside.err;
+  EXPECT_NE(beside.err.find("words.txt:2: "), std::string::npos) << beside.err;
+  EXPECT_EQ(std::count(beside.out.begin(), beside.out.end(), '\n'), 120);
+}
+
+TEST_F(Streaming, TellsOfSamplesThatAreNone) {
+  std::string bytes;
+  for (int i = 0; i < 16000; ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(i % 20 == 0 ? 7.0F : 0.0F);
+    for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<char>(bits >> (8 * k) & 0xFF));
+  }
+  const ProgramResult result = run("--pcm-format f32", bytes);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.err.find("warning: 800 of 16000 samples"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(", 800 unusable samples"), std::string::npos) << result.err;
+}
+
+TEST_F(Streaming, ItsHelpListsWhatItTakes) {
+  const ProgramResult help = run("--help", "");
+  EXPECT_NE(help.out.find("--look-ahead"), std::string::npos);
+  for (const char* option : {"--strength", "--hold", "--ja ", "--mood", "--edits"})
+    EXPECT_EQ(help.out.find(option), std::string::npos) << option;
+}
+
 TEST_F(Streaming, BadInputIsOneLine) {
   for (const auto& [arguments, input, message] : std::vector<std::array<std::string, 3>>{
            {"", "RIFF0000WAVEfmt ", "is a WAV file; expected raw samples"},
+           {"", "fLaC00000000", "is a FLAC file; expected raw samples"},
+           {"", "OggS00000000", "is an Ogg file; expected raw samples"},
+           {"", "ID3400000000", "is an MP3 file; expected raw samples"},
+           {"",
+            std::string("\0\0\0\x20"
+                        "ftypM4A ",
+                        12),
+            "is an M4A or MP4 file; expected raw samples"},
+           {"", someSound() + "a", "stdin:byte 64001: ends within a sample"},
+           {"--stamped", stamped(someSound(), {0, 1}).substr(0, 6000), "stdin:byte 6000: ends within a chunk"},
+           {"--labels words", "0.2 0.6 \xCF\x80\n", "stdin:1: "},
+           {"--strength 2", someSound(), "found strength for a stream; expected none"},
            {"--as livelink --to nowhere", someSound(), "found 'nowhere'; expected HOST:PORT"},
            {"--as livelink --to 127.0.0.1:99999", someSound(), "expected HOST:PORT"},
            {"--method curves", someSound(), "by the method guided"},
            {"--text-file missing.txt", "", "missing.txt: cannot be read"},
            {"--times missing.txt", someSound(), "missing.txt: cannot be read"},
            {"--times input", "0.1 0.2\n", "input:1: found '0.1 ...'; expected START END WORD in seconds"},
-           {"--times input", "# words\n0.2 0.1 no\n", "input:2: "},
+           {"--times input", "# words\n0.2 0.1 not\n", "input:2: "},
            {"--delay 100", someSound(), "--delay: has nothing to delay; expected --real-time beside it"},
            {"--labels phones", "0 1 QQQ\n", "stdin:1: found the phone 'QQQ'"}}) {
     const ProgramResult result = run(arguments, input);
