@@ -47,7 +47,7 @@ class MOUTHPIECE_API Performance {
   [[nodiscard]] const std::vector<PerformedUnit>& units() const;
   /// What makes the line doubtful, for the user.
   [[nodiscard]] const std::vector<std::string>& warnings() const;
-  /// What is no doubt, but worth telling: what of subtitles is not said.
+  /// What is no doubt, but worth telling: what of subtitles is not said, which words were guessed.
   [[nodiscard]] const std::vector<std::string>& notices() const;
   /// Words whose sounds were guessed: give them with a lexicon if they are wrong.
   [[nodiscard]] const std::vector<GuessedWord>& guesses() const;

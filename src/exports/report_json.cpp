@@ -44,6 +44,21 @@ ordered_json phonesOf(const UtteranceAnimation& animation) {
   return phones;
 }
 
+/// Words that no dictionary has, with what is said for them.
+ordered_json guessesOf(const UtteranceAnimation& animation) {
+  const SpeechLabels& labels = animation.labels;
+  ordered_json guesses = ordered_json::array();
+  for (const std::size_t i : animation.guessed_words) {
+    const LabelledWord& word = labels.words[i];
+    ordered_json phones = ordered_json::array();
+    for (std::size_t phone = word.phones.first.value; phone <= word.phones.last.value; ++phone)
+      phones.push_back(labels.phones[phone].name());
+    guesses.push_back(
+        {{"word", word.text}, {"start_s", toMicro(labels.spanOf(word.phones).start)}, {"phones", std::move(phones)}});
+  }
+  return guesses;
+}
+
 ordered_json unitsOf(const UtteranceAnimation& animation) {
   ordered_json units = ordered_json::array();
   for (const PlacedUnit& unit : animation.units) {
@@ -168,6 +183,7 @@ constexpr Field kFields[] = {
     {"frames", [](const Told& told) -> ordered_json { return told.animation.motion.frameCount(); }},
     {"duration_s", [](const Told& told) -> ordered_json { return toMicro(told.duration()); }},
     {"phones", [](const Told& told) { return phonesOf(told.animation); }},
+    {"guesses", [](const Told& told) { return guessesOf(told.animation); }},
     {"units", [](const Told& told) { return unitsOf(told.animation); }},
     {"joins", [](const Told& told) { return joinsOf(told.animation); }},
     {"backoff", [](const Told& told) { return backoffOf(told.animation); }},

@@ -215,17 +215,16 @@ SpeechLabels LineSounds::withLikelyWords(SpeechLabels labels) {
   return likely_words_->complete(labels);
 }
 
-std::vector<GuessedWord> LineSounds::guessesIn(const SpeechLabels& labels) {
+std::vector<std::size_t> LineSounds::guessedWords(const SpeechLabels& labels) {
   const Pronouncer& known = pronouncer();
-  std::vector<GuessedWord> guesses;
-  for (const LabelledWord& word : labels.words) {
-    if (word.text.empty() || known.knows(word.text)) continue;
-    if (!pronounceKana(word.text).phones.empty()) continue;  // in an English line: of a song, as they are written
-    GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
-    for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
-      guess.phones.emplace_back(labels.phones[i].name());
+  std::vector<std::size_t> guessed;
+  for (std::size_t i = 0; i < labels.words.size(); ++i) {
+    const std::string& word = labels.words[i].text;
+    if (word.empty() || known.knows(word)) continue;
+    if (!pronounceKana(word).phones.empty()) continue;  // in an English line: of a song, as they are written
+    guessed.push_back(i);
   }
-  return guesses;
+  return guessed;
 }
 
 LineSound LineSounds::songOf(const Line& source) {

@@ -45,8 +45,8 @@ class LineSounds {
   LineSound soundOf(const Line& line);
   /// The labels with their phones all in words.
   SpeechLabels withLikelyWords(SpeechLabels labels);
-  /// The words that neither the lexicon nor the language's dictionary has.
-  std::vector<GuessedWord> guessesIn(const SpeechLabels& labels);
+  /// The words, as places in `labels`, that neither the lexicon nor the language's dictionary has.
+  std::vector<std::size_t> guessedWords(const SpeechLabels& labels);
 
  private:
   LineSound alignRecording(const Line& line);

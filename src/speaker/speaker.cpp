@@ -1,6 +1,7 @@
 #include "mouthpiece/speaker.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <future>
@@ -64,6 +65,29 @@ std::string unknownSymbols(const SpeechLabels& labels) {
   std::string names;
   for (const std::string& symbol : unknown) names += (names.empty() ? "" : " ") + symbol;
   return names.empty() ? "" : "said with a neutral mouth, since no row of IPA describes them: " + names;
+}
+
+std::vector<GuessedWord> guessesOf(const SpeechLabels& labels, std::span<const std::size_t> words) {
+  std::vector<GuessedWord> guesses;
+  for (const std::size_t i : words) {
+    const LabelledWord& word = labels.words[i];
+    GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
+    for (std::size_t phone = word.phones.first.value; phone <= word.phones.last.value; ++phone)
+      guess.phones.emplace_back(labels.phones[phone].name());
+  }
+  return guesses;
+}
+
+/// One sentence for all of them.
+std::string noticeOf(std::span<const GuessedWord> guesses) {
+  constexpr std::size_t kMostNamed = 12;
+  std::string named;
+  for (const GuessedWord& guess : guesses.first(std::min(guesses.size(), kMostNamed)))
+    named += fmt::format("{}{} ({:.2f} s: {})", named.empty() ? "" : ", ", guess.text, guess.span.start,
+                         fmt::join(guess.phones, " "));
+  if (guesses.size() > kMostNamed) named += fmt::format(" and {} more", guesses.size() - kMostNamed);
+  return fmt::format("no dictionary has {}: these sounds are guessed (-o lexicon.txt writes them down to be mended)",
+                     named);
 }
 
 }  // namespace
@@ -259,7 +283,9 @@ Performance Speaker::perform(const Line& given) {
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())
     expectNoBackoff(animation, data_->corpus.data().path.string());
-  made->guesses = data_->sounds->guessesIn(animation.labels);
+  animation.guessed_words = data_->sounds->guessedWords(animation.labels);
+  made->guesses = guessesOf(animation.labels, animation.guessed_words);
+  if (!made->guesses.empty()) animation.notices.push_back(noticeOf(made->guesses));
   made->tags = request.tags;
   made->confidence = std::move(sound.confidence);
   made->style = styleFor(request.options.curves, request.labels, request.tags);

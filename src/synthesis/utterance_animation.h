@@ -67,6 +67,7 @@ struct UtteranceAnimation {
   std::string voice;
   std::string corpus;
   SpeechLabels labels;
+  std::vector<std::size_t> guessed_words;  ///< of `labels`, rising: no dictionary has them
   AudioClip audio;
   MotionClip motion;               ///< head still, actor's space, no NaN, at the requested frame rate
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`

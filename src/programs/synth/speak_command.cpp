@@ -1,6 +1,5 @@
 // synth itself: one line, typed, recorded or sung.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -212,10 +211,6 @@ int runSpeak(const SpeakOptions& options) {
   for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
   for (const std::string& notice : performance.notices()) printNotice("note: " + notice, options.quiet);
   for (const std::string& note : notesOn(performance, files)) printNotice("note: " + note, options.quiet);
-  for (const GuessedWord& guess : performance.guesses())
-    printNotice(fmt::format("no dictionary has {} ({:.2f} s): said {} (-o lexicon.txt writes it down to be mended)",
-                            guess.text, guess.span.start, fmt::join(guess.phones, " ")),
-                options.quiet);
   if (options.json) {
     printText(performance.report());
   } else if (!options.quiet) {

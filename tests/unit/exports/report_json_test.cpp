@@ -58,6 +58,14 @@ TEST(Report, AWordThatIsSaidAgainBeginsAnew) {
   EXPECT_EQ(again, std::vector<std::size_t>{3});
 }
 
+TEST(Report, GuessedWordsAreListedWithWhatIsSaid) {
+  UtteranceAnimation line = samples::makeTalkingHead().utterance;
+  EXPECT_EQ(json::parse(reportJson(line, {}))["guesses"], json::array());
+  line.guessed_words = {0};
+  EXPECT_EQ(json::parse(reportJson(line, {}))["guesses"],
+            json::parse(R"([{"word": "mama", "start_s": 0.12, "phones": ["M", "AA", "M", "AA"]}])"));
+}
+
 TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
   const UtteranceAnimation line = samples::makeTalkingHead().utterance;
   const json report = json::parse(reportJson(line, line.timing_ms));

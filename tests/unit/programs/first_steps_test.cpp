@@ -311,6 +311,11 @@ TEST_F(FirstSteps, GuessedWordsAreToldAndCanBeMended) {
   EXPECT_TRUE(holds(first.err, "no dictionary has zworbelak (0.")) << first.err;
   EXPECT_FALSE(holds(first.err, "no dictionary has here")) << first.err;
   EXPECT_TRUE(report()["warnings"].empty()) << "a guess is no doubt";
+  ASSERT_EQ(report()["guesses"].size(), 1U);
+  EXPECT_EQ(report()["guesses"][0]["word"], "zworbelak");
+  EXPECT_GT(report()["guesses"][0]["phones"].size(), 5U);
+  ASSERT_FALSE(report()["notices"].empty());
+  EXPECT_TRUE(holds(report()["notices"].back(), "zworbelak")) << "what page and manifest show";
   std::string stub = readAll(path("lexicon.txt"));
   std::smatch entry;
   ASSERT_TRUE(std::regex_search(stub, entry, std::regex(R"(\n# 0\.\d\d to \d\.\d\d s\nzworbelak ([A-Z ]+)\n)")))
