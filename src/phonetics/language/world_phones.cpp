@@ -69,21 +69,22 @@ Phone nearest(const IpaSound& sound, const std::vector<Reference>& among,
   return best;
 }
 
+/// `reach`: how far both ends of a diphthong together may be from this one's: [ɛɪ] and [ɐʊ] are near, [ɔʏ] and [iə]
+/// not. Around the vowels of "boat" lie [ɐʊ] and others' [eu], [iu] and [ʊu].
 struct Diphthong {
   Phone phone;
   std::string_view from, to;
+  double reach = 1.1;
 };
-constexpr Diphthong kDiphthongs[] = {
-    {kAW, "a", "u"}, {kAY, "a", "i"}, {kOY, "ɔ", "i"}, {kEY, "ɛ", "i"}, {kOW, "ɔ", "u"}};
-/// How far both ends of a diphthong together may be from an English one's: [ɛɪ] and [ɐʊ] are near, [ɔʏ] and [iə] not.
-constexpr double kDiphthongReach = 1.1;
+constexpr Diphthong kDiphthongs[] = {{kAW, "a", "u"}, {kAY, "a", "i"},      {kOY, "ɔ", "i"},      {kEY, "ɛ", "i"},
+                                     {kOW, "ɔ", "u"}, {kOW, "o", "ʊ", 0.3}, {kOW, "ə", "ʊ", 0.3}, {kOW, "ə", "u", 0.3}};
 
 std::optional<Phone> diphthongOf(const IpaSound& from, const IpaSound& to) {
-  double least = kDiphthongReach;
+  double least = std::numeric_limits<double>::infinity();
   std::optional<Phone> best;
   for (const Diphthong& row : kDiphthongs) {
     const double distance = visibleDistance(from, ipaSound(row.from)) + visibleDistance(to, ipaSound(row.to));
-    if (distance < least) std::tie(least, best) = std::pair(distance, std::optional(row.phone));
+    if (distance < std::min(least, row.reach)) std::tie(least, best) = std::pair(distance, std::optional(row.phone));
   }
   return best;
 }

@@ -98,10 +98,12 @@ TEST(Ipa, MarksChangeTheirRow) {
 
 TEST(Ipa, SoundsLookLikeTheirNearestPhone) {
   const std::pair<const char*, const char*> kSeen[] = {
-      {"y", "UW"}, {"ʏ", "UW"}, {"ø", "OW"},   {"œ", "AO"},   {"ɥ", "W"},   {"u", "UW"},   {"ɯ", "IY"},   {"ʈ", "T"},
-      {"ɭ", "L"},  {"pʼ", "P"}, {"kʼ", "K"},   {"ʘ", "P"},    {"ǃ", "T"},   {"ǀ", "T"},    {"ɓ", "B"},    {"pː", "P"},
-      {"x", "K"},  {"ɲ", "NG"}, {"t͡s", "T S"}, {"ts", "T S"}, {"tʃ", "CH"}, {"t͡ɕ", "T S"}, {"pf", "P F"}, {"kʷ", "K W"},
-      {"ɕ", "S"},  {"ʂ", "SH"}, {"aɪ", "AY"},  {"aʊ", "AW"},  {"œy", "OW"}, {"ɛ̃", "EH"},   {"ɱ", "V"},    {"θ", "TH"}};
+      {"y", "UW"},   {"ʏ", "UW"},     {"ø", "OW"},   {"œ", "AO"},    {"ɥ", "W"},    {"u", "UW"},   {"ɯ", "IY"},
+      {"ʈ", "T"},    {"ɭ", "L"},      {"pʼ", "P"},   {"kʼ", "K"},    {"ʘ", "P"},    {"ǃ", "T"},    {"ǀ", "T"},
+      {"ɓ", "B"},    {"pː", "P"},     {"x", "K"},    {"ɲ", "NG"},    {"t͡s", "T S"}, {"ts", "T S"}, {"tʃ", "CH"},
+      {"t͡ɕ", "T S"}, {"pf", "P F"},   {"kʷ", "K W"}, {"ɕ", "S"},     {"ʂ", "SH"},   {"aɪ", "AY"},  {"aʊ", "AW"},
+      {"œy", "OW"},  {"ɛ̃", "EH"},     {"ɱ", "V"},    {"θ", "TH"},    {"oʊ", "OW"},  {"əʊ", "OW"},  {"eɪ", "EY"},
+      {"ɔɪ", "OY"},  {"eu", "EY UW"}, {"ɐʊ", "AW"},  {"ʊu", "UW UW"}};
   for (const auto& [ipa, phones] : kSeen) EXPECT_EQ(seenAs(ipa), phones) << ipa;
   for (const LanguagePhone& row : worldInventory()) {
     // English lips hardly round in UH; ʊ elsewhere is round.
