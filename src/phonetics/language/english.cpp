@@ -70,7 +70,7 @@ constexpr SpelledSign kSigns[] = {
     {0xB0, " degrees "}, {0xB1, " plus or minus "}, {0xB2, " squared "}, {0xB3, " cubed "}, {0xB5, " micro "},
     {0xBC, " one quarter "}, {0xBD, " one half "}, {0xBE, " three quarters "}, {0xD7, " times "},
     {0xF7, " divided by "}, {0xA2, " cents "}, {0xA3, " pounds "}, {0xA5, " yen "}, {0x20AC, " euros "},
-    {0x20B9, " rupees "}, {0x20BD, " roubles "}, {0x2116, " number "}};
+    {0x3A9, " ohms "}, {0x3BC, " micro "}, {0x3C0, " pi "}, {0xE3F, " baht "}, {0x20B9, " rupees "}, {0x20BD, " roubles "}, {0x2116, " number "}};
 // clang-format on
 
 /// From Flite's dictionary, or its letter-to-sound rules.
@@ -95,7 +95,7 @@ const Language& english() {
       .voice_symbols = kVoiceSymbols,
       .text = {.expected = "letters that an English voice reads (Latin script)",
                .own_letters = {},
-               .currencies = U"£¥€₹₽",
+               .currencies = U"£¥€₹₽฿",
                .signs = kSigns,
                .in_words = english_text::inWords},
       .is_legal_onset = isLegalEnglishOnset,

@@ -1,6 +1,7 @@
 #include "phonetics/language/english_text.h"
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "phonetics/language/english_numbers.h"
@@ -90,9 +91,28 @@ Groups readGroups(std::string_view token, std::string_view signs) {
   return groups;
 }
 
+std::optional<Said> sayTime(std::string_view token);
+
+/// The time behind a date, as machines write both: T10:20:30Z.
+std::optional<Said> sayTimeOfDate(std::string_view rest) {
+  if (!rest.starts_with('T')) return std::nullopt;
+  const std::size_t size = std::min(rest.find_first_not_of("0123456789:", 1), rest.size());
+  auto time = sayTime(rest.substr(1, size - 1));
+  if (!time || time->size + 1 != size) return std::nullopt;
+  time->size = size;
+  if (rest.substr(size).starts_with('.')) time->size += 1 + countDigits(rest.substr(size + 1));  // of a second
+  if (rest.substr(time->size).starts_with('Z')) {
+    time->words += " U T C";
+    ++time->size;
+  }
+  return endsHere(rest.substr(time->size)) ? time : std::nullopt;
+}
+
 std::optional<Said> sayDate(std::string_view token) {
   const Groups groups = readGroups(token, "-/.");
-  if (groups.digits.size() != 3 || !endsHere(token.substr(groups.size))) return std::nullopt;
+  if (groups.digits.size() != 3) return std::nullopt;
+  const auto time = sayTimeOfDate(token.substr(groups.size));
+  if (!time && !endsHere(token.substr(groups.size))) return std::nullopt;
   std::string_view years = groups.digits[0], month = groups.digits[1], day = groups.digits[2];
   if (years.size() != 4) {
     years = groups.digits[2];
@@ -107,7 +127,21 @@ std::optional<Said> sayDate(std::string_view token) {
     return std::nullopt;
   }
   const std::string of_year = years.size() == 2 && years[0] == '0' ? "oh " + cardinal(years.substr(1)) : year(years);
-  return Said{joined({monthOf(smallValue(month)), ordinal(std::to_string(number)), of_year}), groups.size};
+  std::string words = joined({monthOf(smallValue(month)), ordinal(std::to_string(number)), of_year});
+  if (time) words += ", " + time->words;
+  return Said{std::move(words), groups.size + (time ? time->size : 0)};
+}
+
+/// The capitals that stand in place of a number's last digits, behind `rest`'s hyphen: 1-800-FLOWERS.
+std::string_view lettersToDial(std::span<const std::string_view> digits, std::string_view rest) {
+  constexpr std::size_t kFewest = 4, kMost = 8;
+  const bool is_free = !digits.empty() && digits.back().size() == 3 && digits.back()[0] == '8' &&
+                       (digits.size() == 1 || (digits.size() == 2 && digits[0] == "1"));
+  if (!is_free || !rest.starts_with('-')) return {};
+  rest.remove_prefix(1);
+  const std::size_t letters = std::min(rest.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), rest.size());
+  return letters >= kFewest && letters <= kMost && endsHere(rest.substr(letters)) ? rest.substr(0, letters)
+                                                                                  : std::string_view();
 }
 
 std::optional<Said> sayTelephone(std::string_view token) {
@@ -119,12 +153,20 @@ std::optional<Said> sayTelephone(std::string_view token) {
       digits.size() >= 3 &&
       std::all_of(digits.begin(), digits.end() - 1, [](std::string_view group) { return group.size() <= 4; }) &&
       digits.back().size() >= (groups.sign == '.' ? 4U : 2U);
-  if (digits.empty() || (!is_local && !is_long && !is_abroad)) return std::nullopt;
-  if (is_abroad && digits.size() == 1 && digits[0].size() < 2) return std::nullopt;
+  // +10 and +1.5 are amounts.
+  constexpr std::size_t kFewestAbroad = 7;
+  std::size_t count = 0;
+  for (const std::string_view group : digits) count += group.size();
   Said said{is_abroad ? "plus" : "", groups.size + (is_abroad ? 1 : 0)};
-  if (!endsHere(token.substr(said.size))) return std::nullopt;
   for (const std::string_view group : digits) said.words = joined({said.words, digitByDigit(group)});
-  return said;
+  const std::string_view rest = token.substr(said.size);
+  if (const std::string_view letters = lettersToDial(digits, rest); !letters.empty()) {
+    said.words = joined({said.words, letters});
+    said.size += 1 + letters.size();
+    return said;
+  }
+  const bool is_number = is_abroad ? count >= kFewestAbroad : is_local || is_long;
+  return is_number && endsHere(rest) ? std::optional(std::move(said)) : std::nullopt;
 }
 
 /// 2.0.1; four groups are an address.
@@ -334,6 +376,33 @@ std::optional<Said> saySmallFraction(std::string_view token) {
   return std::nullopt;
 }
 
+/// 747, 1080: in two halves.
+std::string inHalves(std::string_view digits) {
+  if (digits.size() == 4) return year(digits);
+  if (digits.ends_with("00")) return cardinal(digits);
+  return joined({cardinal(digits.substr(0, 1)), minutesWords(digits.substr(1))});
+}
+
+/// 747-400, 737-800: a type of aeroplane, no range or score.
+std::optional<Said> sayAeroplane(std::string_view token) {
+  const Groups groups = readGroups(token, "-");
+  const auto& digits = groups.digits;
+  if (digits.size() != 2 || digits[0].size() != 3 || digits[1].size() != 3 || !endsHere(token.substr(groups.size)))
+    return std::nullopt;
+  if (digits[0][0] != '7' || digits[0][2] != '7' || digits[1][0] == '0' || !digits[1].ends_with("00"))
+    return std::nullopt;
+  return Said{joined({inHalves(digits[0]), inHalves(digits[1])}), groups.size};
+}
+
+/// Lines of a picture: 1080p, 480i.
+std::optional<Said> sayPictureLines(std::string_view token) {
+  const std::size_t count = countDigits(token);
+  if (!isWordOf("240 360 480 576 720 1080 1440 2160 4320", token.substr(0, count)) || count == 0) return std::nullopt;
+  const std::string_view rest = token.substr(count);
+  if ((!rest.starts_with('p') && !rest.starts_with('i')) || !endsHere(rest.substr(1))) return std::nullopt;
+  return Said{joined({inHalves(token.substr(0, count)), rest[0] == 'p' ? "P" : "I"}), count + 1};
+}
+
 std::optional<Said> sayAmount(std::string_view token) {
   const auto amount = readAmount(token);
   if (!amount) return std::nullopt;
@@ -349,8 +418,9 @@ std::optional<Said> sayAmount(std::string_view token) {
 
 std::optional<Said> sayOne(std::string_view token) {
   using Rule = std::optional<Said> (*)(std::string_view);
-  constexpr Rule kRules[] = {sayDate,  sayVersion,  sayTelephone, sayTime,          sayRatio, sayOrdinal, sayDecade,
-                             sayMoney, sayFraction, sayPower,     saySmallFraction, sayFeet,  sayAmount};
+  constexpr Rule kRules[] = {sayDate,  sayVersion,       sayTelephone, sayAeroplane,    sayTime,
+                             sayRatio, sayOrdinal,       sayDecade,    sayMoney,        sayFraction,
+                             sayPower, saySmallFraction, sayFeet,      sayPictureLines, sayAmount};
   for (const Rule rule : kRules) {
     if (auto said = rule(token)) return said;
   }
@@ -425,18 +495,19 @@ std::optional<UnitSaid> sayCurrency(std::string_view token, bool is_one) {
 }
 
 std::optional<Said> sayNumbers(std::string_view token) {
-  const bool is_negative = token.size() > 1 && token[0] == '-';
-  if (is_negative && token[1] == '-') return std::nullopt;
-  auto said = sayOne(token.substr(is_negative ? 1 : 0));
+  auto said = sayOne(token);
+  const bool is_signed = !said && token.size() > 1 && (token[0] == '-' || token[0] == '+');
+  if (is_signed) said = sayOne(token.substr(1));
   if (!said) return std::nullopt;
-  if (is_negative) {
-    said->words = "minus " + said->words;
-    said->bare = "minus " + said->bare;
+  if (is_signed) {
+    const std::string sign = token[0] == '-' ? "minus " : "plus ";
+    said->words = sign + said->words;
+    said->bare = sign + said->bare;
     ++said->size;
   }
   const std::string_view rest = token.substr(said->size);
   if (rest.size() < 2 || rest[0] != '-') return said;
-  if (!is_negative) {
+  if (!is_signed) {
     if (const auto range = sayMoneyRange(token, *said)) return range;
   }
   auto to = sayOne(rest.substr(1));

@@ -1,5 +1,7 @@
 #include "phonetics/language/english_tables.h"
 
+#include <algorithm>
+
 #include "base/text_encoding.h"
 #include "phonetics/language/phone.h"
 
@@ -32,7 +34,6 @@ constexpr Unit kUnits[] = {{"%", "percent", "percent"},
                            {"cm", "centimeter", "centimeters"},
                            {"mm", "millimeter", "millimeters"},
                            {"µm", "micrometer", "micrometers"},
-                           {"μm", "micrometer", "micrometers"},
                            {"nm", "nanometer", "nanometers"},
                            {"mi", "mile", "miles"},
                            {"yd", "yard", "yards"},
@@ -103,6 +104,8 @@ constexpr Unit kUnits[] = {{"%", "percent", "percent"},
                            {"bpm", "beat per minute", "beats per minute"},
                            {"ha", "hectare", "hectares"},
                            {"Ω", "ohm", "ohms"},
+                           {"kΩ", "kilohm", "kilohms"},
+                           {"MΩ", "megohm", "megohms"},
                            {"¢", "cent", "cents"},
                            {"p", "penny", "pence", false},
                            {"M", "million", "million", false},
@@ -111,12 +114,18 @@ constexpr Unit kUnits[] = {{"%", "percent", "percent"},
 
 constexpr Currency kCurrencies[] = {{"US$", "U S dollar", "U S dollars", "cent", "cents"},
                                     {"A$", "Australian dollar", "Australian dollars", "cent", "cents"},
+                                    {"R$", "real", "reais", "centavo", "centavos"},
+                                    {"HK$", "Hong Kong dollar", "Hong Kong dollars", "cent", "cents"},
+                                    {"NZ$", "New Zealand dollar", "New Zealand dollars", "cent", "cents"},
                                     {"C$", "Canadian dollar", "Canadian dollars", "cent", "cents"},
                                     {"$", "dollar", "dollars", "cent", "cents"},
                                     {"£", "pound", "pounds", "penny", "pence"},
                                     {"€", "euro", "euros", "cent", "cents"},
                                     {"¥", "yen", "yen", "", ""},
                                     {"₹", "rupee", "rupees", "paisa", "paise"},
+                                    {"Rs.", "rupee", "rupees", "paisa", "paise"},
+                                    {"Rs", "rupee", "rupees", "paisa", "paise"},
+                                    {"฿", "baht", "baht", "satang", "satang"},
                                     {"₽", "rouble", "roubles", "kopeck", "kopecks"},
                                     {"₩", "won", "won", "", ""},
                                     {"₿", "bitcoin", "bitcoins", "", ""},

@@ -1,9 +1,11 @@
 #include "phonetics/language/english_text.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "base/text_encoding.h"
+#include "base/text_numbers.h"
 #include "phonetics/language/english_numbers.h"
 #include "phonetics/language/english_spelling.h"
 #include "phonetics/language/english_tables.h"
@@ -34,7 +36,38 @@ int romanValue(std::string_view word) {
   return word.empty() ? value : 0;
 }
 
-/// Emoji are named, rows of one once; blanks of every kind are blanks.
+/// The digits of "⁻³" as ASCII, from `at` on, which moves behind them; "" where it is no power.
+std::string powerAt(std::string_view text, std::size_t& at) {
+  std::string power;
+  while (at < text.size()) {
+    std::size_t next = at;
+    const char32_t c = decodeUtf8(text, next).value_or(0);
+    const bool is_high = (c >= 0x2074 && c <= 0x2079) || c == 0x2070 || c == 0xB9 || c == 0xB2 || c == 0xB3;
+    if (c == 0x207B && power.empty()) {
+      power = "-";
+    } else if (is_high) {
+      power += static_cast<char>('0' + (c >= 0x2070 ? c - 0x2070 : c == 0xB9 ? 1 : c - 0xB0));
+    } else {
+      break;
+    }
+    at = next;
+  }
+  return power == "-" ? std::string() : power;
+}
+
+/// A Roman number that is one sign: as letters behind a name ("Chapter Ⅳ"), else in digits; "" for any other sign.
+std::string romanSign(char32_t sign, std::string_view before) {
+  constexpr std::array<std::string_view, 12> kLetters{"I",   "II",   "III", "IV", "V",  "VI",
+                                                      "VII", "VIII", "IX",  "X",  "XI", "XII"};
+  const char32_t from = sign >= 0x2170 ? 0x2170 : 0x2160;
+  if (sign < from || sign - from >= kLetters.size()) return {};
+  before = trimmed(before);
+  const std::size_t word = before.rfind(' ') + 1;
+  const bool is_named = word < before.size() && isCapital(before[word]);
+  return is_named ? std::string(kLetters[sign - from]) : std::to_string(sign - from + 1);
+}
+
+/// Emoji are named, rows of one once; blanks of every kind are blanks, and signs of one meaning one sign.
 std::string named(std::string_view text) {
   std::string out;
   char32_t last = 0;
@@ -47,7 +80,18 @@ std::string named(std::string_view text) {
     }
     const auto emoji =
         std::find_if(emojis().begin(), emojis().end(), [&](const Emoji& candidate) { return candidate.sign == *sign; });
-    if (emoji != emojis().end()) {
+    std::size_t behind = begin;
+    const std::string power = !out.empty() && isDigit(out.back()) ? powerAt(text, behind) : std::string();
+    if (!power.empty() && power != "2" && power != "3") {
+      out += "^" + power;
+      at = behind;
+    } else if (const std::string roman = romanSign(*sign, out); !roman.empty()) {
+      out += roman;
+    } else if (*sign == 0x2126) {
+      out += "Ω";
+    } else if (*sign == 0x3BC) {
+      out += "µ";
+    } else if (emoji != emojis().end()) {
       if (*sign != last) out += " " + std::string(emoji->name) + " ";
     } else if (*sign <= ' ' || *sign == 0x7F || *sign == 0xA0 || (*sign >= 0x2000 && *sign <= 0x200A) ||
                *sign == 0x202F) {
@@ -458,6 +502,9 @@ class Reader {
     if (core[0] == 'v' && isDigit(core[1])) {
       const auto number = sayNumbers(core.substr(1));
       if (number && number->size + 1 == core.size()) return "version " + number->words + rest;
+      const std::string_view stage = number ? core.substr(1 + number->size) : std::string_view();  // -beta
+      if (stage.size() > 1 && stage[0] == '-' && isLetter(stage[1]))
+        return "version " + number->words + " " + speller_.pieces(stage.substr(1)) + rest;
     }
     return std::nullopt;
   }
