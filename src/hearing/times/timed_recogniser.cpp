@@ -258,6 +258,10 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
                                         printable(fmt::format("{}", fmt::join(shown, " ")), kMostBytes),
                                         left_out > kShown ? " ..." : ""));
   }
+  if (times_.cut_lines > 0)
+    heard.notices.push_back(fmt::format("{} of {} cut where the next line begins, which {} overlapped",
+                                        times_.cut_lines == 1 ? "1 line" : fmt::format("{} lines", times_.cut_lines),
+                                        times_.kind, times_.cut_lines == 1 ? "it" : "they"));
   std::string doubtful;
   std::size_t count = 0;
   for (const TimesFile::Word& word : times_.words) {

@@ -61,15 +61,6 @@ bool isTabbedLine(std::string_view line) {
   return fields.size() == 3 && (line == "start\tend\ttext" || (parseNumber(fields[0]) && parseNumber(fields[1])));
 }
 
-/// Several objects, one a line; or one speech mark.
-bool isJsonLines(std::string_view text) {
-  const std::string_view first = firstLine(text);
-  if (!first.starts_with('{') || !first.ends_with('}')) return false;
-  const std::size_t at = text.find(first) + first.size();
-  const std::string_view next = firstLine(text.substr(at));
-  return next.starts_with('{') || (first.find("\"type\"") != std::string_view::npos && first.find('[') == first.npos);
-}
-
 /// Signs that open and close what is not said. Round brackets do at the beginning of a word alone ("word(s)").
 struct NotSaid {
   std::string_view open, close;
@@ -158,9 +149,17 @@ void TimesBuilder::dropBracketsOverWords() {
   times_.words = std::move(kept);
 }
 
+/// A line may stay on the screen as the next one comes: half of it at least stands alone.
+void TimesBuilder::cutAt(Seconds next, TimeSpan& line) {
+  if (next >= line.end - kForgivenOverlap || next < line.middle()) return;
+  line.end = next;
+  ++times_.cut_lines;
+}
+
 bool TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
   std::string said = saidOf(text);
   if (said.empty()) return false;
+  if (times_.words_are_lines && !times_.words.empty()) cutAt(span.start, times_.words.back().span);
   check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
   span.end = std::max(span.end, span.start + kLeastTime);
   if (!(confidence >= 0 && confidence <= 1)) confidence = 1;
@@ -191,8 +190,7 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   const std::string_view first = firstLine(text);
   if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");
   if (isTextGrid(bytes)) return parseTimedTextGrid(bytes, name, language);
-  if (first.starts_with('{') || first.starts_with('['))
-    return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
+  if (first.starts_with('{') || first.starts_with('[')) return parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);
   if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);
   if (first.starts_with("Begin,End,Label,Type")) return parseTiersCsv(text, name, language);

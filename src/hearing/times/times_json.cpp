@@ -15,17 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kTick = 1e-7;  ///< Azure's: 100 ns
-constexpr double kMillisecond = 1e-3;
 constexpr std::string_view kExpected = "words with their times";
-
-/// The first of several spellings of a key that is there; else the first.
-JsonField either(const JsonField& object, std::initializer_list<std::string_view> keys) {
-  for (const std::string_view key : keys) {
-    if (object[key].exists()) return object[key];
-  }
-  return object[*keys.begin()];
-}
 
 TimeSpan spanIn(const JsonField& object) { return {object["start"].number(), object["end"].number()}; }
 
@@ -73,8 +63,7 @@ JsonField parseOthersJson(std::string_view text, std::string_view file) {
 
 /// WhisperX gives digits no times: such words share what lies between their neighbours. `end`: of all of them, where it
 /// is known.
-void addWords(TimesBuilder& builder, const JsonField& words, std::optional<Seconds> end = std::nullopt) {
-  std::vector<JsonField> all = words.list();
+void addWords(TimesBuilder& builder, std::vector<JsonField> all, std::optional<Seconds> end = std::nullopt) {
   std::erase_if(all, isNoWord);
   Seconds at = 0;  // where the last timed word ended
   for (std::size_t i = 0; i < all.size();) {
@@ -102,7 +91,7 @@ TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   TimesBuilder builder(name, "Whisper JSON");
   const auto hasWords = [](const JsonField& object) { return object["words"].exists() && object["words"].size() > 0; };
   if (hasWords(root) || !root["segments"].exists()) {
-    addWords(builder, root["words"]);
+    addWords(builder, root["words"].list());
     return builder.finish();
   }
   const std::vector<JsonField> segments = root["segments"].list();
@@ -111,7 +100,7 @@ TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   for (const JsonField& segment : segments) {
     if (hasWords(segment)) {
       const JsonField end = segment["end"];
-      addWords(builder, segment["words"], end.exists() ? std::optional(end.number()) : std::nullopt);
+      addWords(builder, segment["words"].list(), end.exists() ? std::optional(end.number()) : std::nullopt);
     } else if (!has_words || segment["text"].exists()) {
       builder.addWord(segment["text"].text(), spanIn(segment), segment.path());
     }
@@ -150,9 +139,14 @@ TimesFile parseWhisperCpp(const JsonField& root, std::string_view name) {
   return builder.finish();
 }
 
-TimesFile parseVosk(const JsonField& root, std::string_view name) {
+/// Results as they come, among them what is only likely (`partial`); of several readings the best, which comes first.
+TimesFile parseVosk(const std::vector<TimesEntry>& entries, std::string_view name) {
   TimesBuilder builder(name, "Vosk JSON");
-  addWords(builder, root["result"]);
+  for (const TimesEntry& entry : entries) {
+    const bool has_several = entry.json["alternatives"].exists() && entry.json["alternatives"].size() > 0;
+    const JsonField best = has_several ? entry.json["alternatives"].list().front() : entry.json;
+    if (best["result"].exists()) addWords(builder, best["result"].list());
+  }
   return builder.finish();
 }
 
@@ -177,199 +171,12 @@ TimesFile parseGentle(const JsonField& root, std::string_view name) {
   return builder.finish();
 }
 
-/// Azure's viseme ids, 0 to 21, each by a phone of its row in the documentation.
-std::optional<Phone> phoneOfViseme(std::int64_t id) {
-  using enum Phone;
-  constexpr std::array<Phone, 22> kPhones = {kSil, kAE, kAA, kAO, kEH, kER, kIY, kUW, kOW, kAW, kOY,
-                                             kAY,  kHH, kR,  kL,  kS,  kSH, kDH, kF,  kT,  kK,  kP};
-  const Phone phone = kPhones[static_cast<std::size_t>(id)];
-  return phone == kSil ? std::nullopt : std::optional<Phone>(phone);
-}
-
-/// Recognition with details: NBest, words in ticks, phonemes where pronunciation was assessed.
-TimesFile parseAzureResult(const JsonField& root, std::string_view name, const Language& language) {
-  TimesBuilder builder(name, "Azure JSON");
-  const auto spanOf = [](const JsonField& object) {
-    const double start = object["Offset"].number() * kTick;
-    return TimeSpan{start, start + object["Duration"].number() * kTick};
-  };
-  for (const JsonField& word : root["NBest"].list(1).front()["Words"].list()) {
-    builder.addWord(word["Word"].text(), spanOf(word), word.path(), confidenceIn(word));
-    if (!word["Phonemes"].exists()) continue;
-    for (const JsonField& phoneme : word["Phonemes"].list()) {
-      const std::string label = phoneme["Phoneme"].name();
-      auto phone = phoneFromName(label);
-      if (!phone) phone = phoneFromName(label, PhoneSet::kIpa, language);
-      if (!phone) phoneme["Phoneme"].refuse("a phone");
-      builder.addPhone(phone, spanOf(phoneme), phoneme.path(), true);
-    }
-  }
-  return builder.finish();
-}
-
-/// Events of synthesis as an application writes them down: visemes, and words.
-TimesFile parseAzureEvents(const JsonField& visemes, const JsonField* words, std::string_view name) {
-  TimesBuilder builder(name, "Azure visemes");
-  if (words != nullptr) {
-    for (const JsonField& word : words->list()) {
-      const double start = either(word, {"AudioOffset", "audio_offset", "audioOffset"}).number() * kTick;
-      const double end = start + either(word, {"Duration", "duration"}).number() * kTick;
-      builder.addWord(either(word, {"Text", "text"}).text(), {start, end}, word.path());
-    }
-  }
-  builder.setShapes();
-  std::optional<Phone> shape;
-  double start = -1;
-  for (const JsonField& event : visemes.list()) {
-    const double time = either(event, {"AudioOffset", "audio_offset", "audioOffset"}).number(0) * kTick;
-    if (start >= 0) builder.addPhone(shape, {start, time}, event.path());
-    shape = phoneOfViseme(either(event, {"VisemeId", "viseme_id", "visemeId"}).whole(0, 21));
-    start = time;
-  }
-  constexpr Seconds kLast = 0.1;
-  if (start >= 0) builder.addPhone(shape, {start, start + kLast}, visemes.path());
-  return builder.finish();
-}
-
-/// Characters with their times; blanks part words.
-TimesFile parseElevenLabs(const JsonField& root, std::string_view name) {
-  TimesBuilder builder(name, "ElevenLabs JSON");
-  const JsonField alignment = root["alignment"].exists() && !root["alignment"].isNull() ? root["alignment"]
-                              : root["normalized_alignment"].exists()                   ? root["normalized_alignment"]
-                                                                                        : root;
-  const std::vector<JsonField> characters = alignment["characters"].list();
-  const std::vector<JsonField> starts =
-      alignment["character_start_times_seconds"].list(characters.size(), characters.size());
-  const std::vector<JsonField> ends =
-      alignment["character_end_times_seconds"].list(characters.size(), characters.size());
-  std::string word, place;
-  TimeSpan span;
-  const auto finish = [&] {
-    if (!word.empty()) builder.addWord(word, span, place);
-    word.clear();
-  };
-  for (std::size_t i = 0; i < characters.size(); ++i) {
-    const std::string character = characters[i].text(64);
-    const TimeSpan own{starts[i].number(), ends[i].number()};
-    if (trimmed(character).empty() || character == "\n") {
-      finish();
-      continue;
-    }
-    if (word.empty()) {
-      span.start = own.start;
-      place = characters[i].path();
-    } else if (own.start < span.end - 0.05) {
-      starts[i].refuse(fmt::format("a time from {} s on", span.end));
-    }
-    word += character;
-    span.end = own.end;
-  }
-  finish();
-  return builder.finish();
-}
-
-/// Piper's phoneme alignments: eSpeak's symbols one code point each, and how many samples each lasts.
-class PiperReader {
- public:
-  PiperReader(TimesBuilder& builder, const Language& language) : builder_(builder), language_(language) {}
-
-  void addChunk(const JsonField& chunk, const JsonField& root) {
-    const JsonField rate = chunk["sample_rate"].exists() ? chunk["sample_rate"] : root["sample_rate"];
-    const double step = 1 / rate.number(1000, 768000);
-    for (const JsonField& entry : chunk["phoneme_alignments"].list()) {
-      const std::string symbol = entry["phoneme"].text(64);
-      const Seconds end = at_ + entry["num_samples"].number(0, 1e12) * step;
-      add(symbol, {at_, end}, entry.path());
-      at_ = end;
-    }
-    flush();
-  }
-
- private:
-  void add(const std::string& symbol, const TimeSpan& span, const std::string& place) {
-    constexpr std::string_view kMarks = "ˈˌːˑ";
-    if (kMarks.find(symbol) != std::string_view::npos && !symbol.empty() &&
-        static_cast<unsigned char>(symbol[0]) >= 0x80) {
-      if (!pending_.empty() && (symbol == "ː" || symbol == "ˑ")) {
-        span_.end = span.end;
-      } else {
-        flush();
-        start_early_ = start_early_.value_or(span.start);
-      }
-      return;
-    }
-    const std::string both = pending_ + symbol;
-    if (!pending_.empty() && phoneFromName(both, PhoneSet::kIpa, language_)) {
-      pending_ = both;
-      span_.end = span.end;
-      return;
-    }
-    flush();
-    if (phoneFromName(symbol, PhoneSet::kIpa, language_)) {
-      pending_ = symbol;
-      span_ = {start_early_.value_or(span.start), span.end};
-      place_ = place;
-    }
-    start_early_.reset();
-  }
-
-  void flush() {
-    if (!pending_.empty()) builder_.addPhone(phoneFromName(pending_, PhoneSet::kIpa, language_), span_, place_);
-    pending_.clear();
-  }
-
-  TimesBuilder& builder_;
-  const Language& language_;
-  Seconds at_ = 0;
-  std::string pending_, place_;
-  TimeSpan span_;
-  std::optional<Seconds> start_early_;
-};
-
-TimesFile parsePiper(const JsonField& root, std::string_view name, const Language& language) {
-  TimesBuilder builder(name, "Piper JSON");
-  PiperReader reader(builder, language);
-  if (root.isList()) {
-    for (const JsonField& chunk : root.list()) reader.addChunk(chunk, chunk);
-  } else {
-    reader.addChunk(root, root);
-  }
-  return builder.finish();
-}
-
 TimesFile parseRhubarbJson(const JsonField& root, std::string_view name) {
   TimesBuilder builder(name, "Rhubarb JSON");
   builder.setShapes();
   for (const JsonField& cue : root["mouthCues"].list())
     builder.addPhone(phoneOfShape(cue["value"].name(8), name, cue.path()), spanIn(cue), cue.path());
   return builder.finish();
-}
-
-/// Amazon's visemes of English.
-std::optional<Phone> phoneOfPolly(const JsonField& value) {
-  using enum Phone;
-  constexpr std::array<std::pair<std::string_view, Phone>, 16> kVisemes = {{{"p", kP},
-                                                                            {"t", kT},
-                                                                            {"S", kSH},
-                                                                            {"T", kTH},
-                                                                            {"f", kF},
-                                                                            {"k", kK},
-                                                                            {"i", kIY},
-                                                                            {"r", kR},
-                                                                            {"s", kS},
-                                                                            {"u", kUW},
-                                                                            {"@", kAH},
-                                                                            {"a", kAA},
-                                                                            {"e", kEY},
-                                                                            {"E", kEH},
-                                                                            {"o", kOW},
-                                                                            {"O", kAO}}};
-  const std::string name = value.name(16);
-  if (name == "sil") return std::nullopt;
-  for (const auto& [viseme, phone] : kVisemes) {
-    if (viseme == name) return phone;
-  }
-  value.refuse("one of Amazon Polly's visemes");
 }
 
 /// Ours: its words have notes in place of times.
@@ -380,90 +187,113 @@ bool isWrittenSong(const JsonField& root) {
                      [](const JsonField& word) { return word.isObject() && word["notes"].exists(); });
 }
 
+/// Where each value of several that follow one another begins and ends: "{...} {...}".
+std::vector<std::string_view> valuesIn(std::string_view text) {
+  std::vector<std::string_view> values;
+  std::size_t begin = 0, depth = 0;
+  bool is_in_text = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (is_in_text) {
+      if (c == '\\') ++i;
+      is_in_text = c != '"';
+    } else if (c == '"') {
+      is_in_text = true;
+    } else if (c == '{' || c == '[') {
+      if (depth++ == 0) begin = i;
+    } else if ((c == '}' || c == ']') && depth > 0 && --depth == 0) {
+      values.push_back(text.substr(begin, i + 1 - begin));
+    }
+  }
+  if (depth > 0) values.push_back(text.substr(begin));  // cut short, which its reader says
+  return values;
+}
+
+bool hasAny(const JsonField& entry, std::initializer_list<std::string_view> keys) {
+  return std::ranges::any_of(keys, [&](std::string_view key) { return entry[key].exists(); });
+}
+
+/// A list, or values one after the other.
+TimesFile parseEntries(const std::vector<TimesEntry>& entries, std::string_view name, const Language& language) {
+  for (const TimesEntry& entry : entries) {
+    if (!entry.json.isObject()) entry.json.refuse("an object");
+  }
+  const auto someHave = [&](std::initializer_list<std::string_view> keys) {
+    return std::ranges::any_of(entries, [&](const TimesEntry& entry) { return hasAny(entry.json, keys); });
+  };
+  if (someHave({"phoneme_alignments"})) return parsePiper(entries, name, language);
+  if (someHave({"VisemeId", "viseme_id", "visemeId", "AudioOffset", "audio_offset", "audioOffset"}))
+    return parseAzureEvents(entries, name);
+  if (someHave({"NBest"})) return parseAzureResults(entries, name, language);
+  if (someHave({"alignment", "normalizedAlignment", "normalized_alignment"})) return parseElevenLabs(entries, name);
+  if (someHave({"result", "alternatives", "partial"})) return parseVosk(entries, name);
+  if (someHave({"type"}) && someHave({"time"})) return parsePolly(entries, name);
+  TimesBuilder builder(name, "JSON words");
+  std::vector<JsonField> words;
+  for (const TimesEntry& entry : entries) words.push_back(entry.json);
+  addWords(builder, std::move(words));
+  return builder.finish();
+}
+
 }  // namespace
 
+JsonField either(const JsonField& object, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) {
+    if (object[key].exists()) return object[key];
+  }
+  return object[*keys.begin()];
+}
+
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language) {
+  std::vector<TimesEntry> entries;
+  const std::vector<std::string_view> values = valuesIn(text);
+  if (values.size() > 1) {
+    std::ptrdiff_t number = 1;
+    for (const char* counted = text.data(); const std::string_view value : values) {
+      number += std::count(counted, value.data(), '\n');
+      counted = value.data();
+      const std::string line = std::to_string(number);
+      entries.push_back({parseOthersJson(value, fmt::format("{}:{}", name, line)), line});
+    }
+    return parseEntries(entries, name, language);
+  }
   const JsonField root = parseOthersJson(text, name);
   if (root.isList()) {
-    const std::vector<JsonField> entries = root.list(1);
-    const JsonField& first = entries.front();
-    if (!first.isObject()) first.refuse("an object");
-    if (first["phoneme_alignments"].exists()) return parsePiper(root, name, language);
-    if (either(first, {"VisemeId", "viseme_id", "visemeId"}).exists()) return parseAzureEvents(root, nullptr, name);
-    TimesBuilder builder(name, "JSON words");
-    addWords(builder, root);
-    return builder.finish();
+    for (const JsonField& entry : root.list(1)) entries.push_back({entry, entry.path()});
+    return parseEntries(entries, name, language);
   }
+  entries.push_back({root, "1"});
   if (root["results"].exists() || root["response"].exists()) return parseResults(root, name);
   if (root["audio_url"].exists() && root["words"].exists()) return parseAssemblyAi(root, name);
   if (root["monologues"].exists()) return parseRev(root["monologues"], name);
   if (root["tiers"].exists()) return parseTiersJson(root["tiers"], name, language);
   if (root["mouthCues"].exists()) return parseRhubarbJson(root, name);
-  if (root["NBest"].exists()) return parseAzureResult(root, name, language);
+  if (root["recognizedPhrases"].exists()) return parseAzureBatch(root["recognizedPhrases"], name);
+  if (root["phrases"].exists()) return parseAzurePhrases(root["phrases"], name);
   if (root["visemes"].exists()) {
-    const JsonField words = root["words"];
-    return parseAzureEvents(root["visemes"], words.exists() ? &words : nullptr, name);
+    for (const char* const list : {"words", "visemes"}) {
+      const JsonField events = root[list];
+      for (const JsonField& event : events.exists() ? events.list() : std::vector<JsonField>{})
+        entries.push_back({event, event.path()});
+    }
+    entries.erase(entries.begin());
+    return parseAzureEvents(entries, name);
   }
-  if (root["phoneme_alignments"].exists()) return parsePiper(root, name, language);
-  if (root["alignment"].exists() || root["normalized_alignment"].exists() || root["characters"].exists())
-    return parseElevenLabs(root, name);
+  if (hasAny(root, {"alignment", "normalizedAlignment", "normalized_alignment", "characters"}))
+    return parseElevenLabs(entries, name);
   if (root["transcript"].exists() && root["words"].exists()) return parseGentle(root, name);
   // whisper.cpp has a `result`, too: the language.
   if (root["transcription"].exists()) return parseWhisperCpp(root, name);
   if (root["chunks"].exists()) return parseTransformers(root, name);
-  if (root["result"].exists()) return parseVosk(root, name);
+  if (hasAny(root, {"phoneme_alignments", "NBest", "result", "alternatives"}) ||
+      (root["type"].exists() && root["time"].exists()))
+    return parseEntries(entries, name, language);
   if (isWrittenSong(root)) root.fail("is a written song; expected words with their times");
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(
       "has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, phoneme_alignments, "
       "mouthCues, monologues or tiers; expected JSON of Whisper, Vosk, Gentle, Azure, Deepgram, Amazon Transcribe, "
       "Google, Watson, Speechmatics, Rev, AssemblyAI, ElevenLabs, Piper, Rhubarb or the Montreal Forced Aligner");
-}
-
-/// Polly's speech marks, in milliseconds and without ends: each lasts until the next; Vosk's results one a line.
-TimesFile parseJsonLines(std::string_view text, std::string_view name) {
-  TimesBuilder polly(name, "Polly speech marks"), vosk(name, "Vosk JSON");
-  bool is_vosk = false;
-  std::string word, word_place, shape_place;
-  double word_start = -1, shape_start = -1;
-  std::optional<Phone> shape;
-  double last = 0;
-  const auto finishWord = [&](double end) {
-    if (word_start >= 0) polly.addWord(word, {word_start, end}, word_place);
-    word_start = -1;
-  };
-  LineReader reader(text);
-  for (std::string_view line; reader.next(line);) {
-    if (trimmed(line).empty()) continue;
-    const std::string place = std::to_string(reader.lineNumber());
-    const JsonField mark = parseOthersJson(line, fmt::format("{}:{}", name, place));
-    if (mark["result"].exists() || mark["text"].exists()) {
-      is_vosk = true;
-      if (mark["result"].exists()) addWords(vosk, mark["result"]);
-      continue;
-    }
-    const std::string type = mark["type"].name(32);
-    const double time = mark["time"].number(0) * kMillisecond;
-    last = time;
-    if (type == "word") {
-      finishWord(time);
-      word = mark["value"].text();
-      word_start = time;
-      word_place = place;
-    } else if (type == "viseme") {
-      if (shape_start >= 0) polly.addPhone(shape, {shape_start, time}, place);
-      shape = phoneOfPolly(mark["value"]);
-      // A word ends where the mouth comes to rest.
-      if (!shape) finishWord(time);
-      shape_start = time;
-    }
-  }
-  if (is_vosk) return vosk.finish();
-  constexpr Seconds kLast = 0.3;
-  finishWord(last + kLast);
-  if (shape_start >= 0 && shape) polly.addPhone(shape, {shape_start, shape_start + 0.1}, "end");
-  polly.setShapes();
-  return polly.finish();
 }
 
 }  // namespace mouthpiece

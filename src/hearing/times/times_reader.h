@@ -1,11 +1,17 @@
 #pragma once
 
+#include <initializer_list>
 #include <optional>
+#include <vector>
 
 #include "base/json_fields.h"
 #include "hearing/times/times_file.h"
 
 namespace mouthpiece {
+
+// Units of times, s.
+inline constexpr double kMillisecond = 1e-3;
+inline constexpr double kTick = 1e-7;  ///< Azure's
 
 /// Puts words and phones together and checks their times, whatever the file.
 class TimesBuilder {
@@ -30,6 +36,7 @@ class TimesBuilder {
   /// What is left of `text` without what is not said.
   std::string saidOf(std::string_view text);
   void dropBracketsOverWords();
+  void cutAt(Seconds next, TimeSpan& line);
   void check(TimeSpan& span, Seconds last_end, std::string_view text, const std::string& place) const;
 
   std::string file_;
@@ -37,8 +44,28 @@ class TimesBuilder {
   Seconds last_phone_end_ = 0;
 };
 
-/// Each throws InputError; times_json.cpp, times_services.cpp, times_tiers.cpp and times_lines.cpp.
+/// One of several values of a file, and where it stands: a line, or its place in the list.
+struct TimesEntry {
+  JsonField json;
+  std::string place;
+};
+
+/// The first of several spellings of a key that is there; else the first.
+JsonField either(const JsonField& object, std::initializer_list<std::string_view> keys);
+
+/// Each throws InputError; times_json.cpp, times_synthesis.cpp, times_services.cpp, times_tiers.cpp and
+/// times_lines.cpp. `text`: one value, or several one after the other.
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language);
+/// Events of synthesis as an application writes them down: visemes, words, or both.
+TimesFile parseAzureEvents(const std::vector<TimesEntry>& events, std::string_view name);
+TimesFile parseElevenLabs(const std::vector<TimesEntry>& chunks, std::string_view name);
+TimesFile parsePiper(const std::vector<TimesEntry>& chunks, std::string_view name, const Language& language);
+TimesFile parsePolly(const std::vector<TimesEntry>& marks, std::string_view name);
+/// Recognition with details: NBest, words in ticks, phonemes where pronunciation was assessed.
+TimesFile parseAzureResults(const std::vector<TimesEntry>& results, std::string_view name, const Language& language);
+/// Of its transcription of many files, and of its fast one.
+TimesFile parseAzureBatch(const JsonField& phrases, std::string_view name);
+TimesFile parseAzurePhrases(const JsonField& phrases, std::string_view name);
 /// Of Deepgram, Amazon Transcribe, Google, Watson and Speechmatics.
 TimesFile parseResults(const JsonField& root, std::string_view name);
 TimesFile parseAssemblyAi(const JsonField& root, std::string_view name);
@@ -50,7 +77,6 @@ TimesFile parseTiersJson(const JsonField& tiers, std::string_view name, const La
 TimesFile parseTiersCsv(std::string_view text, std::string_view name, const Language& language);
 /// Phones of a CTM; nullopt where the rows are words, which are written alike.
 std::optional<TimesFile> parsePhoneCtm(std::string_view text, std::string_view name, const Language& language);
-TimesFile parseJsonLines(std::string_view text, std::string_view name);
 TimesFile parseSubtitles(std::string_view text, std::string_view name);
 TimesFile parseTabbedLines(std::string_view text, std::string_view name);
 TimesFile parseRhubarbTsv(std::string_view text, std::string_view name);

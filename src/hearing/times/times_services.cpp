@@ -109,7 +109,66 @@ TimesFile parseSpeechmatics(const JsonField& results, std::string_view name) {
   return builder.finish();
 }
 
+/// Of several channels the first that is heard, in the order of their times.
+std::vector<JsonField> phrasesOf(const JsonField& phrases, std::string_view offset) {
+  std::vector<JsonField> all = phrases.list();
+  if (!all.empty() && all.front()["channel"].exists()) {
+    const double channel = all.front()["channel"].number();
+    std::erase_if(all, [&](const JsonField& phrase) { return phrase["channel"].number() != channel; });
+  }
+  std::ranges::stable_sort(all, {}, [&](const JsonField& phrase) { return phrase[offset].number(); });
+  return all;
+}
+
 }  // namespace
+
+TimesFile parseAzureResults(const std::vector<TimesEntry>& results, std::string_view name, const Language& language) {
+  TimesBuilder builder(name, "Azure JSON");
+  const auto spanOf = [](const JsonField& object) {
+    const double start = object["Offset"].number() * kTick;
+    return TimeSpan{start, start + object["Duration"].number() * kTick};
+  };
+  for (const TimesEntry& result : results) {
+    if (!result.json["NBest"].exists()) continue;  // of a stretch in which nothing was understood
+    for (const JsonField& word : result.json["NBest"].list(1).front()["Words"].list()) {
+      builder.addWord(word["Word"].text(), spanOf(word), word.path(), confidenceOf(word["Confidence"]));
+      if (!word["Phonemes"].exists()) continue;
+      for (const JsonField& phoneme : word["Phonemes"].list()) {
+        const std::string label = phoneme["Phoneme"].name();
+        auto phone = phoneFromName(label);
+        if (!phone) phone = phoneFromName(label, PhoneSet::kIpa, language);
+        if (!phone) phoneme["Phoneme"].refuse("a phone");
+        builder.addPhone(phone, spanOf(phoneme), phoneme.path(), true);
+      }
+    }
+  }
+  return builder.finish();
+}
+
+TimesFile parseAzureBatch(const JsonField& phrases, std::string_view name) {
+  TimesBuilder builder(name, "Azure JSON");
+  for (const JsonField& phrase : phrasesOf(phrases, "offsetInTicks")) {
+    if (!phrase["nBest"].exists() || phrase["nBest"].size() == 0) continue;
+    for (const JsonField& word : phrase["nBest"].list().front()["words"].list()) {
+      const Seconds start = word["offsetInTicks"].number() * kTick;
+      builder.addWord(word["word"].text(), {start, start + word["durationInTicks"].number() * kTick}, word.path(),
+                      confidenceOf(word["confidence"]));
+    }
+  }
+  return builder.finish();
+}
+
+TimesFile parseAzurePhrases(const JsonField& phrases, std::string_view name) {
+  TimesBuilder builder(name, "Azure JSON");
+  for (const JsonField& phrase : phrasesOf(phrases, "offsetMilliseconds")) {
+    for (const JsonField& word : phrase["words"].list()) {
+      const Seconds start = word["offsetMilliseconds"].number() * kMillisecond;
+      builder.addWord(word["text"].text(), {start, start + word["durationMilliseconds"].number() * kMillisecond},
+                      word.path());
+    }
+  }
+  return builder.finish();
+}
 
 TimesFile parseResults(const JsonField& root, std::string_view name) {
   // Of Google's long recognitions the operation that holds the results may be kept whole.
@@ -129,7 +188,6 @@ TimesFile parseResults(const JsonField& root, std::string_view name) {
 }
 
 TimesFile parseAssemblyAi(const JsonField& root, std::string_view name) {
-  constexpr double kMillisecond = 1e-3;
   TimesBuilder builder(name, "AssemblyAI JSON");
   for (const JsonField& word : root["words"].list()) {
     builder.addWord(word["text"].text(), {word["start"].number() * kMillisecond, word["end"].number() * kMillisecond},

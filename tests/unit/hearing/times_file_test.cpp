@@ -69,6 +69,15 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"audacity.txt", "Audacity labels", "The time is now.", "", 0.9},
                     Kind{"whisper_cpp.json", "whisper.cpp JSON", "The time is now.", "", 0.1},
                     Kind{"vosk.json", "Vosk JSON", "the time is now", "", 0.9},
+                    Kind{"vosk_stream.json", "Vosk JSON", "the time is now", "", 0.9},
+                    Kind{"vosk_alternatives.json", "Vosk JSON", "the time is now", "", 0.9},
+                    Kind{"azure_words.json", "Azure visemes", "the time is now", "", 0.9},
+                    Kind{"azure_results.jsonl", "Azure JSON", "the time is now", "", 0.9},
+                    Kind{"azure_batch.json", "Azure JSON", "the time is now", "", 0.9},
+                    Kind{"azure_fast.json", "Azure JSON", "The time is now.", "", 0.9},
+                    Kind{"elevenlabs_stream.jsonl", "ElevenLabs JSON", "The time is now.", "", 0.9},
+                    Kind{"elevenlabs_socket.jsonl", "ElevenLabs JSON", "The time is now.", "", 0.9},
+                    Kind{"elevenlabs_aligned.json", "ElevenLabs JSON", "The time is now.", "", 0.9},
                     Kind{"gentle.json", "Gentle JSON", "The time is now", kSaid, 0.9},
                     Kind{"deepgram.json", "Deepgram JSON", "The time is now.", "", 0.9},
                     Kind{"transcribe.json", "Amazon Transcribe JSON", "The time is now", "", 0.9},
@@ -81,6 +90,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"azure_result.json", "Azure JSON", "the time is now", "", 0.9},
                     Kind{"azure_events.json", "Azure visemes", "The time is now", "DH AE T AY P IY S T AW", 0.9},
                     Kind{"polly.jsonl", "Polly speech marks", "The time is now", "TH AH T AA P IY S T AA", 0.9},
+                    Kind{"polly_list.json", "Polly speech marks", "The time is now", "TH AH T AA P IY S T AA", 0.9},
                     Kind{"elevenlabs.json", "ElevenLabs JSON", "The time is now.", "", 0.9},
                     Kind{"piper.json", "Piper JSON", "", kSaid, 0},
                     Kind{"rhubarb.tsv", "Rhubarb TSV", "", "S S AA M EH S AO", 0},
@@ -137,6 +147,27 @@ INSTANTIATE_TEST_SUITE_P(
                    "end": 0.3, "type": "spacing"}, {"text": "laughs", "start": 0.3, "end": 0.5, "type": "audio_event"},
                    {"text": "time", "start": 0.5, "end": 0.9, "type": "word"}]})",
                 "the 10, time 50"},
+        Variant{"VoskListOfResults",
+                R"([{"text": ""}, {"result": [{"conf": 1, "start": 0.1, "end": 0.3, "word": "the"}], "text": "the"},
+                   {"result": [{"conf": 1, "start": 0.5, "end": 0.9, "word": "time"}], "text": "time"}])",
+                "the 10, time 50"},
+        Variant{"AzuresListOfResults",
+                R"([{"NBest": [{"Words": [{"Word": "the", "Offset": 1000000, "Duration": 2000000}]}]},
+                   {"NBest": [{"Words": [{"Word": "time", "Offset": 5000000, "Duration": 2000000}]}]}])",
+                "the 10, time 50"},
+        Variant{
+            "PollysSpanishVisemes",
+            "{\"time\":100,\"type\":\"word\",\"value\":\"bebé\"}\n{\"time\":100,\"type\":\"viseme\",\"value\":\"B\"}\n"
+            "{\"time\":200,\"type\":\"viseme\",\"value\":\"J\"}\n{\"time\":300,\"type\":\"viseme\",\"value\":\"new\"}\n"
+            "{\"time\":400,\"type\":\"viseme\",\"value\":\"sil\"}\n",
+            "bebé 10"},
+        Variant{"SentencesOfAStreamWithoutABlankBetween",
+                R"({"alignment": {"chars": ["a", "."], "charStartTimesMs": [100, 150], "charDurationsMs": [50, 50]}}
+                   {"alignment": {"chars": ["b"], "charStartTimesMs": [0], "charDurationsMs": [100]}})",
+                "a. 10, b 20"},
+        Variant{"SubtitlesThatOverlap",
+                "1\n00:00:00,100 --> 00:00:00,900\nthe time\n\n2\n00:00:00,800 --> 00:00:01,500\nis now\n",
+                "the time 10, is now 80"},
         Variant{"GooglesSecondsAndNanos",
                 R"({"results": [{"alternatives": [{"words": [{"word": "the", "startTime": {}, "endTime": {"nanos":
                    300000000}}, {"word": "time", "startTime": {"seconds": "1", "nanos": 250000000}, "endTime":
@@ -301,6 +332,8 @@ TEST(TimesFile, BadTimesAreNamedWithTheirPlace) {
   EXPECT_NE(errorOf([] { parseTimes("", "x"); }).find("is empty"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("hello there\n", "x"); }).find("expected JSON of Whisper"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("{\"a\": 1}", "x"); }).find("has no words"), std::string::npos);
+  EXPECT_EQ(error(R"([{"time": 1, "type": "viseme", "value": "Q"}, {"time": 2, "type": "viseme", "value": "p"}])"),
+            "x.json:[0].value: found \"Q\"; expected one of Amazon Polly's visemes");
   EXPECT_NE(errorOf([] { parseTimes("0.00\tX\n0.10\tQ\n0.3\tX\n", "x"); }).find("mouth shape 'Q'"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("0.00\tX\n0.10\tA\n", "x"); }).find("expected X"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("1\n00:00:xx --> 00:00:02,000\na\n", "x"); }).find("expected a time"),
@@ -402,6 +435,21 @@ TEST(TimedRecogniser, CountsWhatIsNotSaid) {
   EXPECT_EQ(heard.text, "the time is now");
   EXPECT_EQ(heard.warnings, std::vector<std::string>{});
   EXPECT_EQ(heard.notices, std::vector<std::string>{"6 left out as not said, by SRT: JOHN: (sighs) [a] [b] [c] ..."});
+}
+
+TEST(TimedRecogniser, TellsOfSubtitlesThatOverlap) {
+  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_overlap.srt";
+  writeFileAtomically(file, "1\n00:00:00,000 --> 00:00:00,700\nthe time\n\n2\n00:00:00,600 --> 00:00:01,500\nis now\n");
+  const HeardSpeech heard = makeTimedRecogniser(file)->hear(sound, "line");
+  EXPECT_EQ(heard.text, "the time is now");
+  EXPECT_EQ(heard.notices,
+            std::vector<std::string>{"1 line of SRT cut where the next line begins, which it overlapped"});
+  EXPECT_NE(errorOf([] {
+              parseTimes("1\n00:00:00,000 --> 00:00:00,700\na\n\n2\n00:00:00,100 --> 00:00:01,500\nb\n", "x");
+            }).find("before the one before it ends"),
+            std::string::npos)
+      << "most of a line cannot be cut";
 }
 
 TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
