@@ -50,7 +50,10 @@ const Language& languageFor(SpeakerOptions& options) {
   if (options.language.empty()) return languageOfVoice(options.voice);
   const Language& language = languageOf(options.language);
   const bool is_default = options.voice == SpeakerOptions().voice;
-  if (&languageOfVoice(options.voice) == &language) return language;
+  if (&languageOfVoice(options.voice) == &language) {
+    if (is_default) options.voice = voiceOfRegion(options.language).value_or(options.voice);
+    return language;
+  }
   if (!is_default)
     throw InputError(fmt::format("found the voice {} for text in {}; expected {}", printable(options.voice),
                                  language.name, voiceFor(language)));

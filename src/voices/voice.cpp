@@ -8,6 +8,7 @@
 
 #include "base/child_process.h"
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "voices/engines.h"
 
 namespace mouthpiece {
@@ -104,6 +105,19 @@ std::string voiceFor(const Language& language) {
   if (!language.espeak_voice.empty()) return fmt::format("espeak:{}", language.tag);
   throw InputError(
       fmt::format("found text to speak in {}, which no voice says; expected a recording of it", language.name));
+}
+
+std::optional<std::string> voiceOfRegion(std::string_view tag) {
+  constexpr std::string_view kEspeak = "espeak:";
+  const std::string wanted = lowerCase(tag);
+  for (const VoiceRow& row : kVoices) {
+    if (!row.name.starts_with(kEspeak)) continue;
+    const std::string_view region = row.name.substr(kEspeak.size());
+    const bool is_region = lowerCase(row.language) != region && region != "en-us";
+    if (is_region && wanted.starts_with(region) && (wanted.size() == region.size() || wanted[region.size()] == '-'))
+      return std::string(row.name);
+  }
+  return std::nullopt;
 }
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {

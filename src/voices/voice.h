@@ -76,6 +76,10 @@ const Language& languageOfVoice(std::string_view name);
 /// The first voice of the table that speaks a language, else eSpeak NG's. Throws InputError for one that nobody speaks.
 std::string voiceFor(const Language& language);
 
+/// The voice of the table that speaks a language as a region does: "espeak:en-gb" for "en-GB"; nullopt where the
+/// language's own voice is the region's, or none is.
+std::optional<std::string> voiceOfRegion(std::string_view tag);
+
 /// Makes the voice of that name; "espeak:" and any language of eSpeak NG's is one. A missing Festival falls back on
 /// Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});

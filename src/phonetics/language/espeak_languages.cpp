@@ -135,11 +135,15 @@ const std::vector<Language>& espeakRows() {
   return kAll;
 }
 
+bool isUnusable(std::string_view lower_case_tag) {
+  return lower_case_tag.substr(0, lower_case_tag.find('-')) == "yue";
+}
+
 const Language* untunedLanguage(std::string_view lower_case_tag) {
   static const std::vector<Language> kAll = [] {
     std::vector<Language> all;
     for (const EspeakLanguage& row : espeakLanguages()) {
-      if (!row.tag.starts_with("en") && row.tag != "ja" && row.tag != "cmn" && row.tag != "yue")
+      if (!row.tag.starts_with("en") && row.tag != "ja" && row.tag != "cmn" && !isUnusable(row.tag))
         all.push_back(espeakLanguage(row.tag, row.name, row.tag, false));
     }
     return all;

@@ -13,6 +13,9 @@ const std::vector<Language>& espeakRows();
 /// Any other of eSpeak NG's list, untuned; nullptr for a tag that it does not know.
 const Language* untunedLanguage(std::string_view lower_case_tag);
 
+/// Whether eSpeak NG gives no usable phones of the language, Cantonese: untunedLanguage() lacks it.
+bool isUnusable(std::string_view lower_case_tag);
+
 /// What all languages share that go by IPA: the inventory, onsets by sonority, text of any script.
 Language worldLanguage(std::string_view tag, std::string_view name);
 

@@ -24,9 +24,13 @@ const std::vector<const Language*>& ownLanguages() {
   return kAll;
 }
 
-/// Written otherwise by those who follow ISO 639-3.
-std::string_view usualTag(std::string_view lower_case) {
-  return lower_case == "cmn" || lower_case.starts_with("cmn-") ? "zh" : lower_case;
+/// Written otherwise by those who follow ISO 639-3 ("cmn"), or as was usual before: "iw", "in". Norwegian is Bokmål.
+std::string usualTag(const std::string& lower_case) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kOther{
+      {{"cmn", "zh"}, {"no", "nb"}, {"iw", "he"}, {"in", "id"}}};
+  const std::string_view language = std::string_view(lower_case).substr(0, lower_case.find('-'));
+  const auto* const other = std::ranges::find(kOther, language, &std::pair<std::string_view, std::string_view>::first);
+  return other == kOther.end() ? lower_case : std::string(other->second) + lower_case.substr(language.size());
 }
 
 constexpr std::array<std::string_view, 12> kIpaMarks = {"ː", "ˑ", "ˈ", "ˌ", "ʰ", "ʷ", "̩", "̃", "͡", "̚", "̯", "̥"};
@@ -65,7 +69,7 @@ const LanguagePhone* Language::find(Phone phone) const {
 std::span<const Language* const> languages() { return ownLanguages(); }
 
 const Language& languageOf(std::string_view tag) {
-  const std::string wanted(usualTag(lowerCase(tag)));
+  const std::string wanted = usualTag(lowerCase(tag));
   for (std::string_view part = wanted; !part.empty(); part = part.substr(0, part.rfind('-'))) {
     for (const Language* language : ownLanguages()) {
       if (lowerCase(language->tag) == part) return *language;
@@ -75,8 +79,9 @@ const Language& languageOf(std::string_view tag) {
   }
   std::vector<std::string_view> known;
   for (const Language* language : ownLanguages()) known.push_back(language->tag);
-  throw InputError(fmt::format("found language '{}'; expected one of {}, or another that eSpeak NG speaks",
-                               printable(tag), fmt::join(known, ", ")));
+  throw InputError(fmt::format("found language '{}'{}; expected one of {}, or another that eSpeak NG speaks",
+                               printable(tag), isUnusable(wanted) ? ", of which eSpeak NG gives no usable phones" : "",
+                               fmt::join(known, ", ")));
 }
 
 std::string_view phoneSetName(PhoneSet set) {

@@ -105,8 +105,11 @@ TEST(Languages, AreFoundByTheirTags) {
   for (const auto& [tag, name] :
        {std::pair("de-AT", "German"), std::pair("pt-br", "Portuguese of Brazil"), std::pair("pt-PT", "Portuguese"),
         std::pair("zh-Hans-CN", "Mandarin"), std::pair("cmn", "Mandarin"), std::pair("JA", "Japanese"),
-        std::pair("sv-SE", "Swedish")})
+        std::pair("sv-SE", "Swedish"), std::pair("iw", "Hebrew"), std::pair("in-ID", "Indonesian")})
     EXPECT_EQ(languageOf(tag).name, name) << tag;
+  EXPECT_EQ(&languageOf("no"), &languageOf("nb-NO"));
+  EXPECT_NE(errorOf([] { languageOf("yue-HK"); }).find("'yue-HK', of which eSpeak NG gives no usable phones"),
+            std::string::npos);
   EXPECT_TRUE(languageOf("de").is_tuned);
   EXPECT_FALSE(languageOf("sv").is_tuned);
   EXPECT_EQ(&languageOf("sv"), &languageOf("sv-SE"));

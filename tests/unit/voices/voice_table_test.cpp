@@ -47,6 +47,12 @@ TEST(VoiceTable, EveryLanguageOfEspeakIsAVoice) {
   EXPECT_NE(errorOf([] { makeVoice("espeak:ja"); }), "no error") << "its Japanese is no use";
 }
 
+TEST(VoiceTable, BritishEnglishHasAVoiceOfItsOwn) {
+  for (const char* tag : {"en-GB", "en-gb", "en-GB-oxendict"}) EXPECT_EQ(voiceOfRegion(tag), "espeak:en-gb") << tag;
+  for (const char* tag : {"en", "en-US", "en-AU", "pt-BR", "es-419", "de", "en-gbx", ""})
+    EXPECT_EQ(voiceOfRegion(tag), std::nullopt) << tag;
+}
+
 TEST(VoiceTable, TheErrorListsEveryRow) {
   const std::string error = errorOf([] { makeVoice("nobody"); });
   for (const VoiceRow& row : voices()) EXPECT_NE(error.find(row.name), std::string::npos) << row.name;
