@@ -37,7 +37,14 @@ KnownLines KnownLines::ofHint(std::string_view hint, const Pronouncer& pronounce
     throw InputError("hint", "", fmt::format("has {} bytes; expected at most 64 KiB", hint.size()));
   std::vector<std::string> phrases;
   if (!hint.empty()) {
-    pronouncer.wordsOf(hint);  // says what cannot be said
+    try {
+      pronouncer.wordsOf(hint);
+    } catch (const InputError& error) {  // what cannot be said is the hint's, not a text's
+      constexpr std::string_view kText = "text:";
+      const std::string message = error.what();
+      if (!message.starts_with(kText)) throw;
+      throw InputError("hint:" + message.substr(kText.size()));
+    }
     phrases.emplace_back();
   }
   for (std::size_t i = 0; i < hint.size(); ++i) {

@@ -70,7 +70,8 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   using Hear = SpeakerOptions::Hear;
   addChoice(app, "--hear", speaker.hear, {{"auto", Hear::kAuto}, {"words", Hear::kWords}, {"phones", Hear::kPhones}},
             "A recording without its words: recognise words of US English, phones of any language, or words where they "
-            "fit what is heard and phones elsewhere (default: auto). One with its words: with `phones` they are "
+            "fit what is heard and phones elsewhere (default: auto; of sound that is streamed auto is phones). One "
+            "with its words: with `phones` they are "
             "believed by their phones alone, several times as fast");
   app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 23.976 to 240")->capture_default_str();
   using Method = Manner::Method;

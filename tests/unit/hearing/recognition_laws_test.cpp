@@ -14,6 +14,7 @@
 #include "hearing/recognition/known_lines.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/times/times_file.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {
@@ -267,6 +268,12 @@ TEST(FindSpeech, SilenceHoldsNothing) {
   EXPECT_TRUE(findSpeech({}).empty());
   EXPECT_TRUE(findSpeech(std::vector<std::int16_t>(kRate)).empty());
   EXPECT_TRUE(findSpeech(MadeUpSound(6, 3).samples(0.1)).empty()) << "less than a step of its samples";
+}
+
+TEST(KnownLines, AHintWithoutWordsIsRefusedAsAHint) {
+  const auto error = [](const char* hint) { return errorOf([&] { KnownLines::ofHint(hint, Pronouncer()); }); };
+  EXPECT_TRUE(error("   ").starts_with("hint: has nothing to say in it")) << error("   ");
+  EXPECT_TRUE(error("now \xFF").starts_with("hint:byte 4: is broken UTF-8")) << error("now \xFF");
 }
 
 TEST(KnownLines, TellHowMuchOfWhatIsHeardIsInTheirOrder) {
