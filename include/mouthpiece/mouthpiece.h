@@ -58,10 +58,16 @@ MOUTHPIECE_API void mouthpiece_speaker_free(mouthpiece_speaker* speaker);
 
 MOUTHPIECE_API int mouthpiece_speak(mouthpiece_speaker* speaker, const char* text, mouthpiece_performance** performance,
                                     char* error, size_t error_size);
-/* A recording (WAV, FLAC, Ogg) of what `transcript` says. */
+/* A recording (WAV, FLAC, Ogg, MP3; what ffmpeg reads where it is installed) of what `transcript` says. */
 MOUTHPIECE_API int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_file,
                                                 const char* transcript, mouthpiece_performance** performance,
                                                 char* error, size_t error_size);
+/* A recording that nobody wrote down: what it says is recognised. `hint`: words that are likely in it; null for none. */
+MOUTHPIECE_API int mouthpiece_perform_heard(mouthpiece_speaker* speaker, const char* audio_file, const char* hint,
+                                            mouthpiece_performance** performance, char* error, size_t error_size);
+/* The same with words and times that another program told of it: Whisper's JSON, SRT ... (docs/formats/times.md). */
+MOUTHPIECE_API int mouthpiece_perform_timed(mouthpiece_speaker* speaker, const char* audio_file, const char* times_file,
+                                            mouthpiece_performance** performance, char* error, size_t error_size);
 /* A song file: song.json, MusicXML, MIDI ... (docs/formats/song.md). */
 MOUTHPIECE_API int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file,
                                    mouthpiece_performance** performance, char* error, size_t error_size);

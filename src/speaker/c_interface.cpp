@@ -165,6 +165,23 @@ int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_
   });
 }
 
+int mouthpiece_perform_heard(mouthpiece_speaker* speaker, const char* audio_file, const char* hint,
+                             mouthpiece_performance** performance, char* error, size_t error_size) {
+  return perform(speaker, performance, error, error_size, [audio_file, hint] {
+    expectGiven(audio_file, "audio_file");
+    return Line::heard(audio_file, hint == nullptr ? "" : hint);
+  });
+}
+
+int mouthpiece_perform_timed(mouthpiece_speaker* speaker, const char* audio_file, const char* times_file,
+                             mouthpiece_performance** performance, char* error, size_t error_size) {
+  return perform(speaker, performance, error, error_size, [audio_file, times_file] {
+    expectGiven(audio_file, "audio_file");
+    expectGiven(times_file, "times_file");
+    return Line::timed(audio_file, times_file);
+  });
+}
+
 int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file, mouthpiece_performance** performance,
                     char* error, size_t error_size) {
   return perform(speaker, performance, error, error_size, [song_file] {

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
+#include "base/files.h"
 #include "mouthpiece/mouthpiece.h"
 #include "support/run_program.h"
+#include "voices/voice.h"
 
 namespace {
 
@@ -38,6 +40,8 @@ TEST(CInterface, NullIsRefusedAndFreedWithoutHarm) {
   EXPECT_EQ(mouthpiece_speak(speaker, "now", nullptr, nullptr, 0), MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_sing_recording(speaker, "a.json", "a.wav", nullptr, &line, error, sizeof error),
             MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_perform_heard(speaker, "a.wav", nullptr, &line, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_perform_timed(speaker, "a.wav", "a.json", &line, error, sizeof error), MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_save(nullptr, "a.wav", error, sizeof error), MOUTHPIECE_BAD_INPUT);
   mouthpiece_stream* stream = nullptr;
   EXPECT_EQ(mouthpiece_stream_new(nullptr, &stream, error, sizeof error), MOUTHPIECE_BAD_INPUT);
@@ -111,6 +115,36 @@ TEST(CInterface, SpeaksStreamsAndSaves) {
   // The stream keeps the performance alive, and either may go first.
   mouthpiece_performance_free(line);
   mouthpiece_stream_free(stream);
+  mouthpiece_speaker_free(speaker);
+}
+
+/// A recording without its words, and with what another program told of it.
+TEST(CInterface, HearsARecordingAndTakesTimesOfOthers) {
+  if (!fs::exists(kCorpus)) GTEST_SKIP() << "no " << kCorpus << ": run `make data`";
+  const mouthpiece::test::ScratchFolder scratch;
+  const std::string sound = (scratch.path() / "a.wav").string();
+  const std::string times = scratch.write("a.srt", "1\n00:00:00,000 --> 00:00:01,500\nthe time is now\n");
+  mouthpiece::writeWav(sound, mouthpiece::makeVoice("flite:slt")->speak("the time is now").audio);
+  const mouthpiece_options options = sampleOptions(false);
+  char error[300];
+  mouthpiece_speaker* speaker = nullptr;
+  ASSERT_EQ(mouthpiece_speaker_new(&options, &speaker, error, sizeof error), MOUTHPIECE_OK) << error;
+  mouthpiece_performance* line = nullptr;
+  for (const char* hint : {static_cast<const char*>(nullptr), "the time is now"}) {
+    ASSERT_EQ(mouthpiece_perform_heard(speaker, sound.c_str(), hint, &line, error, sizeof error), MOUTHPIECE_OK)
+        << error;
+    EXPECT_GT(mouthpiece_frame_count(line), 30U);
+    mouthpiece_performance_free(line);
+  }
+  ASSERT_EQ(mouthpiece_perform_timed(speaker, sound.c_str(), times.c_str(), &line, error, sizeof error), MOUTHPIECE_OK)
+      << error;
+  const std::string report = (scratch.path() / "report.json").string();
+  ASSERT_EQ(mouthpiece_save(line, report.c_str(), error, sizeof error), MOUTHPIECE_OK) << error;
+  EXPECT_NE(mouthpiece::readFile(report).find("the time is now"), std::string::npos);
+  mouthpiece_performance_free(line);
+  EXPECT_EQ(mouthpiece_perform_timed(speaker, sound.c_str(), nullptr, &line, error, sizeof error),
+            MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_perform_heard(speaker, nullptr, nullptr, &line, error, sizeof error), MOUTHPIECE_BAD_INPUT);
   mouthpiece_speaker_free(speaker);
 }
 
