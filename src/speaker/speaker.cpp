@@ -236,6 +236,8 @@ Performance Speaker::perform(const Line& given) {
     if (data_->face) timed(data_->load_ms, [&] { static_cast<void>(data_->face->data().rig()); });
   };
   if (!line.audio.empty()) await_face();
+  std::vector<std::string> unspeakable;
+  line.text = withoutLoneCharacters(line.text, *data_->language, unspeakable);
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   LineSound sound = timed(speech_ms, [&] { return data_->sounds->soundOf(line); });
   if (!line.is_sung && line.song.empty())
@@ -288,6 +290,9 @@ Performance Speaker::perform(const Line& given) {
     expectNoBackoff(animation, data_->corpus.data().path.string());
   animation.guessed_words = data_->sounds->guessedWords(animation.labels);
   made->guesses = guessesOf(animation.labels, animation.guessed_words);
+  if (!unspeakable.empty())
+    animation.notices.push_back(fmt::format("left out, since no voice of {} says them: {}", data_->language->name,
+                                            printable(fmt::format("{}", fmt::join(unspeakable, " ")), 120)));
   if (!made->guesses.empty()) animation.notices.push_back(noticeOf(made->guesses));
   made->tags = request.tags;
   made->confidence = std::move(sound.confidence);

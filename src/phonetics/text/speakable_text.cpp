@@ -25,6 +25,7 @@ constexpr std::size_t kLongestPunctuation = 3;  // "..." is said like any number
 constexpr std::string_view kKeptSigns = ".,;:!?'-\"()";
 
 bool isDigit(char32_t c) { return c >= '0' && c <= '9'; }
+bool isFullWidth(char32_t c) { return c >= 0xFF01 && c <= 0xFF5E; }  // of ASCII
 bool isAsciiLetter(char32_t c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 /// The plain letter of each code point from U+00C0 and from U+1E00; '.' where there is none or more than one.
@@ -131,14 +132,21 @@ bool isSign(char32_t c) {
          (c >= 0xFF5F && c < 0xFF66) || (c >= 0xFFE0 && c <= 0xFFFF) || (c >= 0x1F000 && c < 0x1FB00);
 }
 
+/// Whether no voice of the language says the character, and no blank can stand for it.
+bool isUnspeakable(char32_t c, const TextRules& rules) {
+  const auto has = [c](std::u32string_view letters) { return letters.find(c) != std::u32string_view::npos; };
+  return c >= 0x80 && !isFullWidth(c) && !has(rules.own_letters) && !has(rules.kept_signs) && !has(rules.currencies) &&
+         !isInvisible(c) && !(rules.any_letters && isKeptLetter(c)) && spelledIn(rules.signs, c).empty() &&
+         spelledIn(kPlainSigns, c).empty() && plainLatinLetters(c).empty() && !isSign(c);
+}
+
 /// Throws InputError for more than `longest` characters; `most` are those that a text may have.
 std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::size_t most) {
   std::vector<char32_t> characters;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = decodeUtf8(text, i);
     if (!c) throw InputError("text", fmt::format("byte {}", i), "is broken UTF-8; expected text in UTF-8");
-    // Full-width forms of ASCII.
-    characters.push_back(*c >= 0xFF01 && *c <= 0xFF5E ? *c - 0xFF01 + '!' : *c);
+    characters.push_back(isFullWidth(*c) ? *c - 0xFF01 + '!' : *c);
     if (characters.size() > longest) {
       throw InputError("text", "",
                        fmt::format("is longer than {} characters; expected a shorter line, or several", most));
@@ -289,6 +297,27 @@ std::string tidy(std::string_view text, std::size_t longest) {
 }
 
 }  // namespace
+
+std::string withoutLoneCharacters(std::string_view text, const Language& language, std::vector<std::string>& left_out) {
+  std::string kept;
+  std::vector<std::string> lone;
+  bool follows_one = false;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = at;
+    const auto c = decodeUtf8(text, at);
+    if (!c) return std::string(text);  // refused by who reads it
+    std::size_t behind = at;
+    const bool is_one = isUnspeakable(*c, language.text);
+    const bool is_lone = is_one && !follows_one &&
+                         (at == text.size() || !isUnspeakable(decodeUtf8(text, behind).value_or(U' '), language.text));
+    if (is_lone) lone.emplace_back(text.substr(begin, at - begin));
+    kept += is_lone ? std::string_view(" ") : text.substr(begin, at - begin);
+    follows_one = is_one;
+  }
+  if (lone.empty() || !hasWords(kept)) return std::string(text);
+  left_out.insert(left_out.end(), lone.begin(), lone.end());
+  return kept;
+}
 
 std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length) {
   MOUTHPIECE_EXPECT(max_length >= 2 * kLongestWord);

@@ -29,6 +29,10 @@ std::string speakableText(std::string_view text, const Language& language = engl
                           const std::function<bool(std::string_view)>& is_known = {},
                           std::size_t most = kMaxSpokenCharacters);
 
+/// `text` with a blank in place of each character that speakableText() refuses and that stands alone among others which
+/// it does not; these go to `left_out`. As it was where nothing to say would be left, or for broken UTF-8.
+std::string withoutLoneCharacters(std::string_view text, const Language& language, std::vector<std::string>& left_out);
+
 /// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
 /// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
 std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length);

@@ -56,6 +56,20 @@ TEST(SpeakableText, RefusesOtherScriptsAndNamesTheFirstLetter) {
   }
 }
 
+TEST(SpeakableText, LeavesOutACharacterThatStandsAlone) {
+  const auto leftOf = [](std::string_view text) {
+    std::vector<std::string> left_out;
+    std::string said = withoutLoneCharacters(text, english(), left_out);
+    for (const std::string& each : left_out) said += "|" + each;
+    return said;
+  };
+  EXPECT_EQ(leftOf("angle \u03B8 is 5 \u03A9"), "angle   is 5 \u03A9|\u03B8");
+  EXPECT_EQ(leftOf("the sign \u4EBA, and \u0416."), "the sign  , and  .|\u4EBA|\u0416");
+  for (const char* text :
+       {"\u0416", "\u0416 \u0417.", "hi \u4F60\u597D", "caf\u00E9 \u2603 now", "now \xFF \u0416", "\uFF21 now"})
+    EXPECT_EQ(leftOf(text), text) << "nothing is lone, or nothing would be left";
+}
+
 TEST(SpeakableText, RefusesNothingToSayBrokenBytesAndEndlessText) {
   for (const char* text : {"", "   ", "...", "?!", "\n\n", "\u201C\u201D", "\U0001FA97", "$", "\u0301"}) {
     EXPECT_NE(errorOf([&] { speakableText(text); }).find("has nothing to say"), std::string::npos) << text;

@@ -332,6 +332,14 @@ TEST_F(FirstSteps, GuessedWordsAreToldAndCanBeMended) {
   EXPECT_TRUE(holds(phones, "M AA M ")) << phones;
 }
 
+TEST_F(FirstSteps, OneCharacterThatNobodySaysRefusesNoText) {
+  const ProgramResult run = synth({"--text", "the angle \u03B8 is small", "-o", path("phones.TextGrid")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(holds(run.err, "left out, since no voice of English says them: \u03B8")) << run.err;
+  EXPECT_EQ(report()["text"], "the angle is small");
+  EXPECT_TRUE(holds(synth({"--text", "\u03B8", "-o", path("phones.TextGrid")}).err, "U+03B8"));
+}
+
 /// Once the program was silent for minutes, and then refused.
 TEST_F(FirstSteps, FiveMinutesOfRecordingAreDone) {
   const std::string once = readAll(recorded("now.wav"));
