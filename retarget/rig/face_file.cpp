@@ -200,6 +200,8 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   face.actor_neutral_mm = matrixOf<MarkerPositions>(root["actor_neutral_mm"], face.marker_names.size());
   if (const JsonField closed = root["actor_closed_lips_mm"]; closed.exists())
     face.actor_closed_lips_mm = closed.number(0, 1e3);
+  if (const JsonField unseen = root["actor_unseen_rounding"]; unseen.exists())
+    face.actor_unseen = {unseen["narrowing"].number(0, 1), unseen["protrusion"].number(0, 1)};
   const JsonField warp = root["warp"];
   face.warp.kernel = static_cast<RbfKernel>(warp["kernel"].choice(kKernelNames));
   face.warp.shape_factor = warp["shape_factor"].number(1e-3, 1e3);
@@ -247,6 +249,8 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"skin_weight", blobOf(face.binding.skin_weight)},
               {"jaw_weight", blobOf(face.binding.jaw_weight)},
               {"carried", blobOf(face.binding.carried)}}}};
+  if (const LipRounding& unseen = face.actor_unseen; unseen.narrowing > 0 || unseen.protrusion > 0)
+    tree["actor_unseen_rounding"] = {{"narrowing", unseen.narrowing}, {"protrusion", unseen.protrusion}};
   if (!face.guard.empty()) tree["guard"] = blobOf(face.guard);
   if (face.mesh != nullptr) tree["mesh"]["stored"] = meshToJson(*face.mesh, true);
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;

@@ -10,6 +10,7 @@
 
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
+#include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "retarget/warp/rbf_warp.h"
 
@@ -34,6 +35,7 @@ struct FaceFile {
   MarkerPositions marker_targets;              ///< their places on the mesh, its unit
   MarkerPositions actor_neutral_mm;            ///< the actor's neutral pose
   double actor_closed_lips_mm = 0;             ///< between LIP_UP_MID and LIP_LO_MID in the actor's B P M; 0: not known
+  LipRounding actor_unseen;                    ///< what rounded lips do that the actor's capture has not seen
   WarpOptions warp;                            ///< shape_factor as chosen at the fit
   std::map<std::string, PartKind> part_kinds;  ///< by part name: what the mesh file does not tell by itself
   ControlMesh control;

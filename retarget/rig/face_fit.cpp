@@ -152,6 +152,7 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   face.marker_names = request.marker_names;
   face.actor_neutral_mm = request.actor_neutral_mm;
   face.actor_closed_lips_mm = request.actor_closed_lips_mm;
+  face.actor_unseen = request.actor_unseen;
   face.part_kinds = given.part_kinds;
   for (const auto& [name, kind] : skinUnderAnchors(mesh, given, anchors_file)) face.part_kinds.try_emplace(name, kind);
   for (MeshPart& part : mesh.parts) {

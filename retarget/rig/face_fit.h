@@ -25,6 +25,7 @@ struct FitRequest {
   SurfacePlan surface = {};               ///< the same layout's
   MarkerPositions actor_neutral_mm;
   double actor_closed_lips_mm = 0;  ///< FaceFile's
+  LipRounding actor_unseen = {};    ///< FaceFile's
   WarpOptions warp;
   BindingOptions binding;
 };

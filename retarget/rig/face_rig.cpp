@@ -323,8 +323,9 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
   PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
   markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
-  if (actor != nullptr && !lips.empty()) {
-    const MarkerPositions rounding = roundingOf(data_->file, actor->unseen);
+  if (!lips.empty()) {
+    const MarkerPositions rounding =
+        roundingOf(data_->file, actor != nullptr ? actor->unseen : data_->file.actor_unseen);
     const Eigen::Map<const Eigen::RowVectorXd> added(rounding.data(), rounding.size());
     for (Eigen::Index frame = 0; frame < markers.rows(); ++frame)
       markers.row(frame) += double{lips[unsignedIndex(frame)].rounding} * added;

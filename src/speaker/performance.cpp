@@ -317,7 +317,9 @@ const RowMajorMatrixF& Performance::Data::arkit() const {
   const std::scoped_lock lock(mutex_);
   if (!arkit_) {
     arkit_ = arkitFromMarkers(clip(), corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr, animation.lips,
-                              actor ? actor->unseen : LipRounding{});
+                              actor  ? actor->unseen
+                              : face ? face->data().file.actor_unseen
+                                     : LipRounding{});
     addGaze(animation.gaze, *arkit_);
   }
   return *arkit_;

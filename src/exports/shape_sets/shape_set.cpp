@@ -113,6 +113,7 @@ std::optional<FaceFile> fittedToArkit(const FaceFile& face) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   FaceFile fitted = face;
   fitted.actor_closed_lips_mm = 0;
+  fitted.actor_unseen = {};
   fitted.warp = {};
   for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
     const auto found = std::find(learnt.markers.begin(), learnt.markers.end(), face.marker_names[i]);

@@ -30,6 +30,7 @@ FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus) {
   request.surface = surfacePlanOf(corpus.layout);
   request.actor_neutral_mm = corpus.neutral_pose_mm;
   request.actor_closed_lips_mm = closedLipsMm(corpus);
+  request.actor_unseen = unseenRounding(corpus);
   return request;
 }
 

@@ -58,6 +58,25 @@ TEST_F(FaceFileTest, ComesBackByteForByte) {
   EXPECT_EQ(faceFileToBytes(parseFaceFile(bytes, "x.face")), bytes);
 }
 
+TEST_F(FaceFileTest, AFileFromBeforeRoundingWasKeptRoundsNothing) {
+  json changed = tree();
+  EXPECT_FALSE(changed.contains("actor_unseen_rounding"));
+  changed["actor_unseen_rounding"] = {{"narrowing", 0.125}, {"protrusion", 0.0625}};
+  const auto read = [&changed] {
+    std::string bytes;
+    json::to_cbor(changed, bytes);
+    return parseFaceFile(bytes, "x.face").actor_unseen;
+  };
+  EXPECT_EQ(read().narrowing, 0.125);
+  EXPECT_EQ(read().protrusion, 0.0625);
+  FaceFile kept = face();
+  kept.actor_unseen = read();
+  EXPECT_EQ(parseFaceFile(faceFileToBytes(kept), "x.face").actor_unseen.narrowing, 0.125);
+  changed.erase("actor_unseen_rounding");
+  EXPECT_EQ(read().narrowing, 0);
+  EXPECT_EQ(read().protrusion, 0);
+}
+
 TEST_F(FaceFileTest, AFileWithItsBlobsInTheMapIsReadToo) {
   json before = tree();
   before["version"] = 2;
@@ -125,6 +144,7 @@ TEST_F(FaceFileTest, WrongValuesAreNamed) {
   expectRefused("/markers/1", face().marker_names[0]);
   expectRefused("/marker_targets", json::binary(std::vector<std::uint8_t>(7)));
   expectRefused("/actor_neutral_mm", json::binary(std::vector<std::uint8_t>(66 * 24, 0xFF)));  // NaN
+  expectRefused("/actor_unseen_rounding", {{"narrowing", 0.1}, {"protrusion", -0.1}});
   expectRefused("/warp/kernel", "gaussian");
   expectRefused("/warp/shape_factor", 0);
   expectRefused("/control/points/70/driver_points", json::binary({200, 0, 0, 0}));
