@@ -15,6 +15,7 @@
 #include "base/text_encoding.h"
 #include "hearing/alignment/samples_to_hear.h"
 #include "hearing/recognition/hearing_odds.h"
+#include "hearing/recognition/hinted_words.h"
 
 namespace mouthpiece {
 namespace {
@@ -30,6 +31,12 @@ constexpr double kWordsAgainstPhones = 0.85;
 constexpr double kWordsBelieved = 3.0;
 /// Words of whose pairs a smaller share follow each other in a hint, or in a corpus' lines, are not theirs.
 constexpr double kLeastInOrder = 0.8;
+/// Words of a hint take the place of others of which the network is less sure (mean logarithm of their probabilities),
+/// where they are believed as a transcript's and fit this share of what the others do; so many places are tried.
+constexpr double kSureOfWords = -0.5, kHintedBelieved = 0.9, kHintedFits = 0.7;
+constexpr std::size_t kPlacesTried = 8;
+/// A hint's words have this share of as many phones as are heard without words: one word is none of a line of eight.
+constexpr double kLeastOfPhones = 0.5;
 /// The names of their words among the searches.
 constexpr const char *kHint = "hint", *kCorpus = "corpus";
 /// Where a network's words are in less of such order, the lines are not looked for.
@@ -124,7 +131,14 @@ bool areLikely(const ModelWords& words, const UndecidedStretch& stretch) {
 std::optional<WordsHeard> WordDecider::hintedWords(const UndecidedStretch& stretch) {
   if (hint_.book().lines.empty()) return std::nullopt;
   const std::vector<std::string> words = search().hearBook(kHint, stretch.samples, stretch.voice);
-  return hint_.inOrder(words) < kLeastInOrder ? std::nullopt : wordsAs(textOf(words), stretch);
+  if (hint_.inOrder(words) < kLeastInOrder) return std::nullopt;
+  std::optional<WordsHeard> heard = wordsAs(textOf(words), stretch);
+  if (!heard) return std::nullopt;
+  const auto said = std::ranges::count_if(heard->alignment.labels.phones,
+                                          [](const LabelledPhone& phone) { return phone.phone != Phone::kSil; });
+  const auto without_words =
+      std::ranges::count_if(stretch.phones().row(), [](const HeardPhone& phone) { return phone.phone != Phone::kSil; });
+  return asReal(said) < kLeastOfPhones * asReal(without_words) ? std::nullopt : std::move(heard);
 }
 
 WordDecision WordDecider::decide(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch) {
@@ -169,6 +183,7 @@ WordDecision WordDecider::decide(const std::vector<NetworkWord>& by_network, con
 std::optional<ModelWords> WordDecider::wordsByModels(const std::vector<NetworkWord>& by_network,
                                                      const UndecidedStretch& stretch) {
   std::optional<ModelWords> any = wordsByNetwork(by_network, stretch);
+  if (any && !hint_.book().lines.empty()) any = withHintedWords(std::move(*any), by_network, stretch);
   if (any && (any->odds < kNetworkUnlikely || stretch.is_noisy)) return any;  // in noise the search adds nothing
   std::optional<ModelWords> searched = wordsBySearch(stretch);                // the network's would not be taken
   return !any || (searched && searched->odds < any->odds) ? searched : any;
@@ -198,6 +213,59 @@ std::optional<ModelWords> WordDecider::wordsByNetwork(const std::vector<NetworkW
   const std::vector<double>& confidence = found.heard.alignment.confidence;
   for (std::size_t i = 0; i < confidence.size() && confidence.size() == words.size(); ++i)
     found.word_odds.push_back(oddsOfNetworkWord(oddsOfConfidence(confidence[i]), words[i].log_probability));
+  return found;
+}
+
+namespace {
+
+/// How far what is heard between two times fits the labels' phones there.
+double fitBetween(const SpeechLabels& labels, const TimeSpan& span, const StretchHearing& hearing) {
+  double fit = 0;
+  for (const LabelledPhone& phone : labels.phones) {
+    const TimeSpan part{std::max(phone.span.start, span.start), std::min(phone.span.end, span.end)};
+    if (part.duration() > 0) fit += hearing.fitOf(phone.phone, part) * part.duration();
+  }
+  return fit / std::max(span.duration(), kEarStep);
+}
+
+TimeSpan spanOfWords(const SpeechLabels& labels, std::size_t first, std::size_t end) {
+  return labels.spanOf({labels.words[first].phones.first, labels.words[end - 1].phones.last});
+}
+
+}  // namespace
+
+ModelWords WordDecider::withHintedWords(ModelWords found, std::vector<NetworkWord> words,
+                                        const UndecidedStretch& stretch) {
+  for (bool is_changed = true; std::exchange(is_changed, false);) {
+    const SpeechLabels& heard = found.heard.alignment.labels;
+    if (heard.words.size() != words.size()) break;  // a word that is written as several is said as these
+    const std::vector<HintedPlace> places = hintedPlaces(hint_, heard);
+    for (std::size_t i = 0; i < std::min(places.size(), kPlacesTried) && !is_changed; ++i) {
+      const HintedPlace& place = places[i];
+      double sure = 0;
+      for (std::size_t at = place.first; at < place.end; ++at)
+        sure += words[at].log_probability / asReal(place.end - place.first);
+      if (sure > kSureOfWords) continue;
+      std::vector<NetworkWord> hinted(words.begin(), words.begin() + signedIndex(place.first));
+      for (const std::string& word : place.words) hinted.push_back({word, 0});
+      hinted.insert(hinted.end(), words.begin() + signedIndex(place.end), words.end());
+      std::optional<ModelWords> other = wordsByNetwork(hinted, stretch);
+      if (!other || other->heard.alignment.labels.words.size() != hinted.size()) continue;
+      const SpeechLabels& said = other->heard.alignment.labels;
+      const auto believed = other->heard.alignment.confidence.begin() + signedIndex(place.first);
+      const TimeSpan before = spanOfWords(heard, place.first, place.end),
+                     after = spanOfWords(said, place.first, place.first + place.words.size());
+      const TimeSpan span{std::min(before.start, after.start), std::max(before.end, after.end)};
+      const double fit = fitBetween(heard, span, stretch.phones()),
+                   fit_hinted = fitBetween(said, span, stretch.phones());
+      if (*std::min_element(believed, believed + std::ssize(place.words)) < kHintedBelieved ||
+          fit_hinted < kHintedFits * fit)
+        continue;
+      found = std::move(*other);
+      words = std::move(hinted);
+      is_changed = true;
+    }
+  }
   return found;
 }
 

@@ -90,6 +90,9 @@ class WordDecider {
   std::optional<WordsHeard> wordsAs(std::string_view text, const UndecidedStretch& stretch);
   std::optional<ModelWords> wordsBySearch(const UndecidedStretch& stretch);
   std::optional<ModelWords> wordsByNetwork(const std::vector<NetworkWord>& words, const UndecidedStretch& stretch);
+  /// The same with the hint's words in place of such as they sound like, where the network is not sure of these and the
+  /// hint's are believed.
+  ModelWords withHintedWords(ModelWords found, std::vector<NetworkWord> words, const UndecidedStretch& stretch);
   /// The likelier of both.
   std::optional<ModelWords> wordsByModels(const std::vector<NetworkWord>& by_network, const UndecidedStretch& stretch);
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "hearing/recognition/hinted_words.h"
 #include "hearing/recognition/known_lines.h"
 #include "hearing/recognition/sound_search.h"
 #include "hearing/times/times_file.h"
@@ -283,6 +284,33 @@ TEST(KnownLines, TellHowMuchOfWhatIsHeardIsInTheirOrder) {
   EXPECT_DOUBLE_EQ(lines.inOrder({"a", "cold", "time", "is"}), 0.75);
   EXPECT_DOUBLE_EQ(lines.inOrder({"now", "is", "the"}), 0);
   EXPECT_DOUBLE_EQ(lines.inOrder({}), 0);
+}
+
+TEST(HintedPlaces, AreWhereTheHintSoundsLikeOtherWords) {
+  const auto labelsOf = [](const std::vector<std::pair<std::string, std::vector<Phone>>>& words) {
+    SpeechLabels labels;
+    for (const auto& [text, phones] : words) {
+      const std::size_t first = labels.phones.size();
+      for (const Phone phone : phones)
+        labels.phones.push_back({.phone = phone, .span = {}, .word = labels.words.size(), .syllable = {}});
+      labels.words.push_back({text, {PhoneIndex(first), PhoneIndex(labels.phones.size() - 1)}});
+    }
+    return labels;
+  };
+  const KnownLines hint = KnownLines::ofHint("planet, tub", Pronouncer());
+  const std::pair<std::string, std::vector<Phone>> the{"the", {Phone::kDH, Phone::kAH}},
+      plan{"plan", {Phone::kP, Phone::kL, Phone::kAE, Phone::kN}}, it{"it", {Phone::kIH, Phone::kT}},
+      planet{"Planet", {Phone::kP, Phone::kL, Phone::kAE, Phone::kN, Phone::kAH, Phone::kT}};
+  const std::vector<HintedPlace> places = hintedPlaces(hint, labelsOf({the, plan, it}));
+  ASSERT_FALSE(places.empty());
+  EXPECT_EQ(places[0].first, 1U);
+  EXPECT_EQ(places[0].end, 3U);
+  EXPECT_EQ(places[0].words, std::vector<std::string>{"planet"});
+  EXPECT_NEAR(places[0].apart, 0.6 / 6, 1e-9) << "one vowel for another";
+  EXPECT_TRUE(hintedPlaces(hint, labelsOf({the, planet})).empty()) << "it is heard";
+  EXPECT_TRUE(hintedPlaces(hint, labelsOf({the, it})).empty());
+  EXPECT_TRUE(hintedPlaces(hint, labelsOf({})).empty());
+  EXPECT_TRUE(hintedPlaces(KnownLines::ofHint("", Pronouncer()), labelsOf({plan, it})).empty());
 }
 
 TEST(KnownLines, AreTheWordsAndPhrasesOfAHint) {

@@ -101,6 +101,23 @@ TEST(WordNetwork, IsBelievedBeforeACorpusWhoseLinesWereNotSaid) {
   }
 }
 
+/// A name that it cannot write: "R. Conqueror" and "Gross and Calas" are heard without the hint.
+TEST(WordNetwork, WritesTheWordsOfAHintForOnesOfWhichItIsNotSure) {
+  NEEDS_NETWORK();
+  const auto network = std::make_shared<WordNetwork>(kNetwork);
+  const auto heard = [&](const std::string& hint, const char* text) {
+    AudioClip sound{16000, {}};
+    for (const std::int16_t sample : saidBy("flite:awb", text))
+      sound.samples.push_back(static_cast<float>(sample) / 32768);
+    return makeRecogniser({.as = HearAs::kAuto, .hint = hint, .word_network = network})->hear(sound, "line").text;
+  };
+  const char* name = "We saw Mister Okonkwo at the station.";
+  EXPECT_EQ(heard("", name).find("okonkwo"), std::string::npos);
+  EXPECT_NE(heard("Kowalczyk, Okonkwo", name).find("okonkwo at the station"), std::string::npos);
+  const char* other = "Could you open the window before lunch?";
+  EXPECT_EQ(heard("Kowalczyk, Okonkwo", other), heard("", other));
+}
+
 TEST(WordNetwork, TellsHowLikelyTheWordsOfATextAre) {
   NEEDS_NETWORK();
   const auto sound = saidBy("flite:rms", "there is nothing good on television"),
