@@ -15,7 +15,8 @@
 
 namespace mouthpiece {
 extern const std::string_view kBatchPage;
-const std::string_view kBatchPage = "<html><head></head><body><!-- batch:data --></body></html>";
+const std::string_view kBatchPage =
+    "<html><head><meta charset=\"utf-8\"></head><body><!-- batch:data --></body></html>";
 }  // namespace mouthpiece
 
 namespace {
