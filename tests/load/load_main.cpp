@@ -1,5 +1,6 @@
-// load_trial lines COUNT CORPUS: many lines in one process, through the front door; fails when memory or descriptors
-// grow. load_trial phones: the index over 100,000 and 1,000,000 phones, and a text of 10,000 phones chosen from each.
+// load_trial lines COUNT CORPUS [FACE]: many lines in one process, through the front door, and with a FACE saved as
+// moving heads; fails when memory or descriptors grow. load_trial phones: the index over 100,000 and 1,000,000 phones,
+// and a text of 10,000 phones chosen from each.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <random>
 #include <string_view>
 
+#include "mouthpiece/save.h"
 #include "mouthpiece/speaker.h"
 #include "support/phone_index.h"
 
@@ -47,23 +49,29 @@ std::string lineOf(std::size_t number) {
   return line;
 }
 
-int speakLines(std::size_t count, const std::filesystem::path& corpus) {
+int speakLines(std::size_t count, const std::filesystem::path& corpus, const std::filesystem::path& face) {
   SpeakerOptions options;
   options.corpus = corpus;
-  options.with_face = false;
+  options.face = face;
+  options.with_face = !face.empty();
   options.voice = "flite:slt";
   Speaker speaker(options);
+  const std::filesystem::path head =
+      std::filesystem::temp_directory_path() / fmt::format("mouthpiece_load.{}.glb", ::getpid());
   double first = 0, most = 0;
   std::size_t descriptors = 0, frames = 0;
   const auto start = std::clock();
   for (std::size_t i = 0; i < count; ++i) {
-    frames += speaker.perform(lineOf(i)).frameCount();
+    const Performance line = speaker.perform(lineOf(i));
+    frames += line.frameCount();
+    if (!face.empty()) save(line, head);
     if (i < kFirstLines) {
       first = std::max(first, residentMiB());
       descriptors = openDescriptors();
     }
     most = std::max(most, residentMiB());
   }
+  std::filesystem::remove(head);
   const std::size_t left = openDescriptors();
   fmt::print(
       "{} lines, {} frames in {:.1f} s of processor time; {:.1f} MiB in the first {}, {:.1f} MiB at most; {} "
@@ -116,8 +124,9 @@ int choosePhones() {
 int main(int argc, char** argv) {
   using namespace mouthpiece;
   const std::string_view what = argc > 1 ? argv[1] : "";
-  if (what == "lines" && argc == 4) return speakLines(std::strtoul(argv[2], nullptr, 10), argv[3]);
+  if (what == "lines" && (argc == 4 || argc == 5))
+    return speakLines(std::strtoul(argv[2], nullptr, 10), argv[3], argc == 5 ? argv[4] : "");
   if (what == "phones" && argc == 2) return choosePhones();
-  fmt::print(stderr, "usage: load_trial lines COUNT CORPUS | load_trial phones\n");
+  fmt::print(stderr, "usage: load_trial lines COUNT CORPUS [FACE] | load_trial phones\n");
   return 2;
 }
