@@ -6,7 +6,7 @@
 
 namespace mouthpiece {
 
-/// A language of eight phones, two of which English lacks and hears as others: what one page of a new language says.
+/// A language of nine phones, two of which English lacks and hears as others: what one page of a new language says.
 inline const Language& madeUpLanguage() {
   static constexpr std::array kInventory = {
       LanguagePhone{Phone::kAA, "a", "a"},     LanguagePhone{Phone::kOW, "o", "o", "AO"},
