@@ -97,7 +97,8 @@ void GlbNodes::load(std::string_view given) {
   } catch (const std::exception& problem) {
     error = problem.what();
   }
-  if (!is_loaded) fail(fmt::format("is no GLB that can be read: {}", printable(error, 160)));
+  if (!is_loaded)
+    fail(fmt::format("is no GLB that can be read: {}", printable(error.substr(0, error.find('\n')), 160)));
   for (const std::string& extension : model_.extensionsRequired) {
     if (!leavesGeometryAlone(extension)) {
       fail(fmt::format("needs the extension {}, which is not understood; expected a GLB exported without it",

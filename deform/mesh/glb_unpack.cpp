@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,7 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kMeshopt = "EXT_meshopt_compression";
+/// The same but for a filter and a younger code of vertices, which the decoder refuses.
+constexpr std::array kMeshopts{"EXT_meshopt_compression", "KHR_meshopt_compression"};
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kFloat = 5126, kUnsignedInt = 5125;
 constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 31;
@@ -27,6 +30,10 @@ constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 31;
 bool uses(const json& root, const char* extension) {
   const auto used = root.find("extensionsUsed");
   return used != root.end() && used->is_array() && std::find(used->begin(), used->end(), extension) != used->end();
+}
+
+bool usesMeshopt(const json& root) {
+  return std::any_of(kMeshopts.begin(), kMeshopts.end(), [&](const char* name) { return uses(root, name); });
 }
 
 void forget(json& root, const char* extension) {
@@ -61,7 +68,7 @@ class Unpacker {
       }
     }
     root_["buffers"] = json::array({{{"byteLength", binary_.size()}}});
-    forget(root_, kMeshopt);
+    for (const char* name : kMeshopts) forget(root_, name);
     forget(root_, kDraco);
     return glbOf(jsonText(root_), std::move(binary_));
   }
@@ -96,7 +103,9 @@ class Unpacker {
 
   void moveView(json& view) {
     const std::uint64_t far = given_.size();
-    if (const json* packed = extensionOf(view, kMeshopt)) return unpackView(view, json(*packed));
+    for (const char* name : kMeshopts) {
+      if (const json* packed = extensionOf(view, name)) return unpackView(view, json(*packed), name);
+    }
     const std::string_view own =
         bytesAt(whole(view, "buffer", 1000), whole(view, "byteOffset", far, 0), whole(view, "byteLength", far));
     const std::size_t at = grow(own.size());
@@ -104,7 +113,7 @@ class Unpacker {
     view["byteOffset"] = at;
   }
 
-  void unpackView(json& view, const json& packed) {
+  void unpackView(json& view, const json& packed, const char* extension) {
     const std::uint64_t far = given_.size();
     const std::string_view from =
         bytesAt(whole(packed, "buffer", 1000), whole(packed, "byteOffset", far, 0), whole(packed, "byteLength", far));
@@ -130,6 +139,8 @@ class Unpacker {
       problem = meshopt_decodeIndexSequence(to, count, stride, data, from.size());
     else
       fail(fmt::format("found meshopt data of the unknown mode '{}'", printable(mode, 40)));
+    if (problem != 0 && is_vertices && !from.empty() && (from[0] & 0x0f) != 0)
+      fail("found meshopt data of a younger version; expected version 0 (gltfpack -c)");
     if (problem != 0) fail("found meshopt data that is damaged");
     if (filter == "OCTAHEDRAL" && is_vertices && (stride == 4 || stride == 8))
       meshopt_decodeFilterOct(to, count, stride);
@@ -143,7 +154,7 @@ class Unpacker {
     view["byteOffset"] = at;
     view["byteLength"] = count * stride;
     if (is_vertices) view["byteStride"] = stride;
-    view["extensions"].erase(kMeshopt);
+    view["extensions"].erase(extension);
     if (view["extensions"].empty()) view.erase("extensions");
   }
 
@@ -280,10 +291,11 @@ class Unpacker {
 
 std::string unpackedGlb(std::string_view glb, std::string_view file) {
   // Most files hold neither word; their JSON is not read twice.
-  if (glb.find(kMeshopt) == std::string_view::npos && glb.find(kDraco) == std::string_view::npos) return {};
+  if (glb.find("_meshopt_compression") == std::string_view::npos && glb.find(kDraco) == std::string_view::npos)
+    return {};
   const GlbChunks chunks = glbChunks(glb, file);
   json root = looseJson(chunks.json);
-  if (!root.is_object() || (!uses(root, kMeshopt) && !uses(root, kDraco))) return {};
+  if (!root.is_object() || (!usesMeshopt(root) && !uses(root, kDraco))) return {};
   try {
     return Unpacker(std::move(root), chunks.binary, file).unpack();
   } catch (const json::exception&) {

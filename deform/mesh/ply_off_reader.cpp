@@ -100,6 +100,7 @@ struct Property {
   Number type = Number::kF32;
   Role role = Role::kNothing;
   Number count_type = Number::kNoNumber;  ///< of a list: how many there are
+  bool is_corners = false;                ///< the faces' own; other lists are passed over
 };
 
 /// What a file promises of its body.
@@ -119,8 +120,10 @@ float linearFromByte(double value) {
 /// Throws InputError for counts that `body` bytes cannot hold.
 void checkCounts(const Layout& layout, std::size_t body, std::string_view file) {
   double bytes_per_vertex = 0;
-  for (const Property& property : layout.of_vertex)
-    bytes_per_vertex += layout.encoding == Encoding::kText ? 2 : asReal(bytesOf(property.type));
+  for (const Property& property : layout.of_vertex) {
+    const Number first = property.count_type == Number::kNoNumber ? property.type : property.count_type;
+    bytes_per_vertex += layout.encoding == Encoding::kText ? 2 : asReal(bytesOf(first));
+  }
   // A face takes four bytes at the least.
   const bool fits = layout.vertices >= 1 && layout.vertices <= asReal(kMaxMeshVertices) && layout.faces >= 0 &&
                     layout.vertices * bytes_per_vertex + layout.faces * 4 <= asReal(body) + 1;
@@ -131,6 +134,13 @@ void checkCounts(const Layout& layout, std::size_t body, std::string_view file) 
                     layout.vertices, layout.faces, body));
   }
   if (layout.faces < 1) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
+}
+
+/// Passes over what is not needed: a number, or a list.
+void skip(const Property& property, std::string_view what, std::size_t index, Body& body) {
+  if (property.count_type == Number::kNoNumber) return static_cast<void>(body.next(property.type, what, index));
+  const double count = body.next(property.count_type, what, index);
+  for (double i = 0; i < count; ++i) body.next(property.type, what, index);
 }
 
 FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view file) {
@@ -144,8 +154,12 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
   const bool is_colored = std::any_of(layout.of_vertex.begin(), layout.of_vertex.end(),
                                       [](const Property& p) { return p.role == Role::kRed; });
   for (std::size_t v = 0; v < vertices; ++v) {
-    std::array<double, 7> found{};
+    std::array<double, 6> found{};
     for (const Property& property : layout.of_vertex) {
+      if (property.role == Role::kNothing) {
+        skip(property, "vertex", v, body);
+        continue;
+      }
       const double value = body.next(property.type, "vertex", v);
       // Colours that are reals run from 0 to 1.
       const bool is_share = isReal(property.type) && property.role >= Role::kRed;
@@ -165,8 +179,8 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
   std::vector<std::uint32_t> corners;
   for (std::size_t f = 0; f < faces; ++f) {
     for (const Property& property : layout.of_face) {
-      if (property.count_type == Number::kNoNumber) {
-        body.next(property.type, "face", f);
+      if (!property.is_corners) {
+        skip(property, "face", f, body);
         continue;
       }
       const double count = body.next(property.count_type, "face", f);
@@ -267,14 +281,13 @@ class PlyHeader {
 
   void readList() {
     const Number count_type = numberFromName(word(2)), index_type = numberFromName(word(3));
-    const bool is_corners =
-        element_ == "face" && !has_list_ && (word(4) == "vertex_indices" || word(4) == "vertex_index");
-    const bool has_types = count_type != Number::kNoNumber && index_type != Number::kNoNumber && !isReal(count_type) &&
-                           !isReal(index_type);
-    if (!is_corners || !has_types)
-      fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
-    has_list_ = true;
-    layout_.of_face.push_back({.type = index_type, .count_type = count_type});
+    const bool is_corners = element_ == "face" && (word(4) == "vertex_indices" || word(4) == "vertex_index");
+    const bool has_types = count_type != Number::kNoNumber && index_type != Number::kNoNumber && !isReal(count_type);
+    if (!has_types || (is_corners && (has_list_ || isReal(index_type))))
+      fail("found no usable list; expected 'property list uchar int vertex_indices', once");
+    has_list_ = has_list_ || is_corners;
+    (element_ == "face" ? layout_.of_face : layout_.of_vertex)
+        .push_back({.type = index_type, .count_type = count_type, .is_corners = is_corners});
   }
 
   [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, std::to_string(line_), what); }
@@ -310,7 +323,7 @@ FaceMesh parseOff(std::string_view bytes, std::string_view file) {
   const double vertices = counts.next(Number::kU32, "the count of vertices,", 0);
   const double faces = counts.next(Number::kU32, "the count of faces,", 1);
   counts.next(Number::kU32, "the count of edges,", 2);
-  const Property corner{.type = Number::kI32, .count_type = Number::kI32};
+  const Property corner{.type = Number::kI32, .count_type = Number::kI32, .is_corners = true};
   const Layout layout{Encoding::kText, vertices, faces, {{.role = Role::kX}, {.role = Role::kY}, {.role = Role::kZ}},
                       {corner},        true};
   return meshOf(layout, counts.rest(), file);

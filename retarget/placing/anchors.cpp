@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -18,6 +19,11 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   const JsonField root = parseJson(json_text, file, "{\"markers\": {\"NAME\": vertex, ...}}");
   // Landmark lists call them by what they are.
   const bool is_landmarks = root["vertices"].exists() && !root["markers"].exists();
+  constexpr std::array<std::string_view, 5> kKeys{"about", "markers", "metres_per_unit", "parts", "vertices"};
+  for (const auto& [key, value] : root.members()) {
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+      value.fail("is no key of an anchors file; expected markers, parts, metres_per_unit or about");
+  }
   Anchors anchors;
   for (const auto& [name, place] : root[is_landmarks ? "vertices" : "markers"].members()) {
     if (place.isWhole())

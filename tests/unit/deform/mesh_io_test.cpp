@@ -5,6 +5,7 @@
 #include <cstring>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "base/errors.h"
@@ -216,6 +217,24 @@ TEST(PlyReader, ReadsTextAndBinaryAlike) {
   EXPECT_EQ(text.triangles, binary.triangles);
 }
 
+/// As programs write them that keep texture coordinates by corners, or a vertex' neighbours.
+TEST(PlyReader, PassesOverListsThatItDoesNotNeed) {
+  std::string text = replaced(kPly, "property float z\n", "property float z\nproperty list uchar int neighbours\n");
+  text = replaced(text, "end_header", "property list uchar float texcoord\nend_header");
+  std::string given;
+  bool is_body = false, is_face = false;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    is_face = is_face || (is_body && line.starts_with("3 "));
+    given += line + (!is_body ? "" : is_face ? " 6 0 0 0.5 0 1 1" : line.back() == '1' ? " 2 7 8" : " 0") + "\n";
+    is_body = is_body || line == "end_header";
+  }
+  const FaceMesh plain = parsePly(kPly, "a.ply"), passed = parsePly(given, "b.ply");
+  EXPECT_EQ(passed.vertices, plain.vertices);
+  EXPECT_EQ(passed.triangles, plain.triangles);
+  EXPECT_NE(messageOf(replaced(given, "6 0 0 0.5 0 1 1\n", "600 0 0 0.5 0 1 1\n"), "b.ply"), "no error");
+}
+
 TEST(PlyReader, RefusesWhatIsNoMesh) {
   EXPECT_NE(messageOf("", "a.ply").find("found no 'ply'"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kPly, "vertex 4", "vertex 400000000"), "a.ply").find("can hold"), std::string::npos);
@@ -266,6 +285,37 @@ std::string glb(const std::function<void(nlohmann::json&)>& change = {}) {
   };
   return "glTF" + word(2) + word(28 + text.size() + binary.size()) + word(text.size()) + "JSON" + text +
          word(binary.size()) + std::string("BIN\0", 4) + binary;
+}
+
+/// Maya calls them so: the mesh tells the kind, and each material stays a part that anchors can name.
+TEST(GlbReader, MaterialsThatTellNoKindStayParts) {
+  const auto namesOf = [](const std::vector<std::string>& materials) {
+    const FaceMesh mesh = parseGlb(glb([&](nlohmann::json& root) {
+                                     const nlohmann::json primitive = root["meshes"][0]["primitives"][0];
+                                     root["materials"] = root["meshes"][0]["primitives"] = nlohmann::json::array();
+                                     for (const std::string& name : materials) {
+                                       nlohmann::json& own = root["meshes"][0]["primitives"].emplace_back(primitive);
+                                       own["material"] = root["materials"].size();
+                                       root["materials"].push_back({{"name", name}});
+                                     }
+                                   }),
+                                   "a.glb");
+    std::vector<std::string> names;
+    for (const MeshPart& part : mesh.parts) names.push_back(part.name);
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(namesOf({"lambert1", "lambert2", "", "Teeth"}), (Names{"head", "head.lambert2", "head.2", "Teeth"}));
+  EXPECT_EQ(namesOf({"lambert1"}), Names{"head"});
+}
+
+TEST(GlbReader, WhatTinygltfSaysIsOneLine) {
+  const std::string said = messageOf(glb([](nlohmann::json& root) {
+                                       root["buffers"].push_back({{"byteLength", 4}, {"uri", "x.bin"}});
+                                     }),
+                                     "a.glb");
+  EXPECT_TRUE(said.starts_with("a.glb: is no GLB that can be read: ")) << said;
+  EXPECT_EQ(said.find("\\x0A"), std::string::npos) << said;
 }
 
 TEST(GlbReader, AppliesNodeTransformsAndMaterials) {

@@ -45,7 +45,7 @@ TEST(Anchors, WhatIsNoAnchorFileIsRefused) {
        {"", "[", "[]", "{}", R"({"markers": []})", R"({"markers": {"A": -1}})", R"({"markers": {"A": 1.5}})",
         R"({"markers": {"A": 99999999999}})", R"({"markers": {"A": [1, 2]}})", R"({"markers": {"A": [1, 2, 1e300]}})",
         R"({"markers": {"A": "x"}})", R"({"markers": {}, "parts": {"x": "nose"}})", R"({"markers": {}, "parts": 1})",
-        R"({"markers": {}, "metres_per_unit": 0})"}) {
+        R"({"markers": {}, "metres_per_unit": 0})", R"({"markers": {}, "part": {"x": "tongue"}})"}) {
     EXPECT_EQ(messageOf(text).rfind("a.json:", 0), 0U) << text << " -> " << messageOf(text);
   }
 }
