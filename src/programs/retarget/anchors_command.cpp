@@ -2,11 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cctype>
+#include <map>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/glb_scene.h"
 #include "deform/mesh/mesh_files.h"
@@ -43,23 +48,24 @@ VertexPositions shapeFor(const FaceShapes& shapes, std::string_view arkit_name) 
   return sum;
 }
 
+/// Its letters and digits, small, behind the last full stop: "mtha" of "Face.MTH_A". What is not ASCII stays.
+std::string bareName(std::string_view name) {
+  name.remove_prefix(std::min(name.size(), name.rfind('.') + 1));
+  std::string bare = lowerCase(name);
+  std::erase_if(bare, [](unsigned char letter) { return letter < 0x80 && std::isalnum(letter) == 0; });
+  return bare;
+}
+
 /// The shape that opens the mouth: ARKit's, else the most open vowel of a set of visemes.
 VertexPositions jawShape(const FaceShapes& shapes) {
+  constexpr std::array<std::string_view, 10> kOpen{"visemeaa", "fclmtha",   "mtha", "aa",  "a",
+                                                   "vopen",    "mouthopen", "ah",   "vaa", "vrcvaa"};
+  constexpr std::size_t kTelling = 4;  // letters: what a longer name may end with, "M_F00_000_00_Fcl_MTH_A"
   VertexPositions jaw = shapeFor(shapes, "JawOpen");
-  constexpr std::array<std::string_view, 9> kOpen{"viseme_aa", "Fcl_MTH_A", "MTH_A", "aa",  "a",
-                                                  "V_Open",    "mouthOpen", "Ah",    "v_aa"};
-  const auto isCalled = [](std::string_view name, std::string_view wanted) {
-    return name.size() == wanted.size() && std::equal(name.begin(), name.end(), wanted.begin(), [](char a, char b) {
-             return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-           });
-  };
   for (const std::string_view wanted : kOpen) {
     for (std::size_t s = 0; s < shapes.names.size() && jaw.rows() == 0; ++s) {
-      std::string_view name = shapes.names[s];
-      name.remove_prefix(std::min(name.size(), name.rfind('.') + 1));  // "Face.M_F00_000_00_Fcl_MTH_A"
-      const bool ends_so = wanted.size() > 4 && name.size() > wanted.size() &&
-                           isCalled(name.substr(name.size() - wanted.size()), wanted);
-      if (isCalled(name, wanted) || ends_so) jaw = shapes.moves[s];
+      const std::string name = bareName(shapes.names[s]);
+      if (name == wanted || (wanted.size() >= kTelling && name.ends_with(wanted))) jaw = shapes.moves[s];
     }
   }
   return jaw;
