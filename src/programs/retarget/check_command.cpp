@@ -156,6 +156,7 @@ int runCheck(const CheckArguments& given) {
     return code;
   }
   const ClosureCheck closures = checkClosures(rig, face.control, *corpus, given.quiet || given.json);
+  if (given.json || given.quiet) noticeNotJudged(face, report);
   if (given.json) {
     nlohmann::json facts = faceFacts(face, report);
     facts["captured_closures"] = factsOf(closures);

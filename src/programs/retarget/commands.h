@@ -96,7 +96,9 @@ Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given);
 /// A fitted face and what is found out about it, as JSON and as lines to read.
 nlohmann::json faceFacts(const FaceFile& face, const FaceReport& report);
 std::string faceText(const FaceFile& face, const FaceReport& report);
-/// Either of them on stdout.
+/// A line on stderr where the face was not judged, which says why.
+void noticeNotJudged(const FaceFile& face, const FaceReport& report);
+/// The facts on stdout, and without the text that line.
 void printFace(const FaceFile& face, const FaceReport& report, bool json, bool quiet);
 
 }  // namespace mouthpiece

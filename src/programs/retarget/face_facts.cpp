@@ -41,6 +41,8 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
     report.poses = judgedPoses(by);
     report.actor = {by.neutral_pose_mm, closedLipsMm(by), unseenRounding(by)};
     report.judgement = judgeFace(rig, face, report.poses, report.actor);
+    if (report.judgement.poses == 0)
+      report.not_judged = fmt::format("the corpus '{}' holds no take to move the face by", by.name);
   };
   if (corpus != nullptr) {
     judge(*corpus);
@@ -245,7 +247,12 @@ std::string faceText(const FaceFile& face, const FaceReport& report) {
   return text;
 }
 
+void noticeNotJudged(const FaceFile& face, const FaceReport& report) {
+  printNotice(fmt::format("{}: not judged in motion: {}", face.name, report.not_judged), report.not_judged.empty());
+}
+
 void printFace(const FaceFile& face, const FaceReport& report, bool json, bool quiet) {
+  if (json || quiet) noticeNotJudged(face, report);  // the text says so itself
   if (json) {
     printJson(faceFacts(face, report));
   } else if (!quiet) {
