@@ -56,6 +56,11 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
     const Eigen::Vector3d place = placeOf(shown, marker, mesh, std::string(name)).value();
     data["places"][marker] = {place.x(), place.y(), place.z()};
   }
+  const auto listOf = [](const Eigen::Vector3d& place) { return json{place.x(), place.y(), place.z()}; };
+  data["traced"] = json::object();
+  for (const auto& [rim, place] : dressing.traced) data["traced"][rim] = listOf(place);
+  data["lip_line"] = json::array();
+  for (const Eigen::Vector3d& place : dressing.lip_line) data["lip_line"].push_back(listOf(place));
   data["anchors"] = looseJson(anchorsBytes(shown));
   for (const AnchorToPick& anchor : to_pick)
     data["to_pick"].push_back({{"name", anchor.name}, {"place", anchor.place}});

@@ -23,7 +23,9 @@ const std::vector<AnchorToPick>& suggestedAnchors();
 
 /// What a page shows of a head besides its surface.
 struct PageDressing {
-  std::map<int, GlbPicture> pictures;  ///< by MeshPart::material; an empty one is only told of
+  std::map<int, GlbPicture> pictures;                  ///< by MeshPart::material; an empty one is only told of
+  std::vector<Eigen::Vector3d> lip_line = {};          ///< places along both lips' rims, the mesh's frame
+  std::map<std::string, Eigen::Vector3d> traced = {};  ///< rims by name: saved once they are dragged
 };
 
 /// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `shown`: markers on

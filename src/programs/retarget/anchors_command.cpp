@@ -119,12 +119,14 @@ int runAnchors(const AnchorsArguments& given) {
                               : given.by == "looks" ? AnchorSource::kLooks
                                                     : AnchorSource::kAny;
   const FoundAnchors found = findAnchors(*mesh, bytes, given.mesh, given.object, source);
+  const NamedAnchors named{found.anchors, fmt::format("anchors found on {}", given.mesh.string())};
+  refuseSeveralHeads(*mesh, bytes, given.mesh, given.object, named);
   const std::string file = anchorsBytes(found.anchors);
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file);
   if (!given.show.empty())
-    writeFileAtomically(given.show,
-                        facePage(*mesh, given.mesh.stem().string(), found.anchors, {}, dressingOf(bytes, given.mesh)));
+    writeFileAtomically(given.show, facePage(*mesh, given.mesh.stem().string(), found.anchors, {},
+                                             dressingOf(bytes, given.mesh, *mesh, named)));
   printNotice("not found:" + found.missing, given.quiet || found.missing.empty());
   if (given.json) {
     printText(file);
@@ -197,10 +199,64 @@ FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs:
 
 NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
                         const fs::path& given, bool quiet) {
-  if (!given.empty()) return {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
-  FoundAnchors found = findAnchors(mesh, bytes, file, object, AnchorSource::kAny);
-  printNotice(fmt::format("{}: found {} anchors {}", file.string(), found.anchors.markers.size(), found.how), quiet);
-  return {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
+  NamedAnchors named;
+  if (!given.empty()) {
+    named = {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
+  } else {
+    FoundAnchors found = findAnchors(mesh, bytes, file, object, AnchorSource::kAny);
+    printNotice(fmt::format("{}: found {} anchors {}", file.string(), found.anchors.markers.size(), found.how), quiet);
+    named = {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
+  }
+  refuseSeveralHeads(mesh, bytes, file, object, named);
+  return named;
+}
+
+void refuseSeveralHeads(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
+                        const NamedAnchors& anchors) {
+  if (!object.empty() || !isGlb(file)) return;
+  struct Shown {
+    Eigen::AlignedBox3f box;
+    std::size_t anchors = 0;
+  };
+  std::map<int, Shown> shown;  // by node
+  const std::vector<GlbRun> runs = glbRuns(bytes, file.string());
+  for (const GlbRun& run : runs) {
+    for (std::size_t v = 0; v < run.count; ++v)
+      shown[run.node].box.extend(mesh.vertices.row(signedIndex(run.first_vertex + v)).transpose());
+  }
+  if (shown.size() < 2) return;
+  for (const auto& [name, anchor] : anchors.anchors.markers) {
+    const Eigen::RowVector3f at = placeOf(anchors.anchors, name, mesh, anchors.file)->cast<float>().transpose();
+    Eigen::Index nearest = 0;
+    (mesh.vertices.rowwise() - at).rowwise().squaredNorm().minCoeff(&nearest);
+    const auto vertex =
+        std::holds_alternative<std::uint32_t>(anchor) ? std::get<std::uint32_t>(anchor) : unsignedIndex(nearest);
+    const auto on = std::find_if(runs.begin(), runs.end(), [vertex](const GlbRun& run) {
+      return vertex >= run.first_vertex && vertex < run.first_vertex + run.count;
+    });
+    if (on != runs.end()) ++shown[on->node].anchors;
+  }
+  std::erase_if(shown, [](const auto& entry) { return entry.second.anchors < 2; });
+  const std::vector<GlbBones::Node> nodes = glbBones(bytes, file.string()).nodes;
+  const auto wayTo = [&nodes](int node) {  // from the scene's root
+    std::vector<int> way;
+    for (; node >= 0; node = nodes[unsignedIndex(node)].parent) way.insert(way.begin(), node);
+    return way;
+  };
+  for (auto one = shown.begin(); one != shown.end(); ++one) {
+    for (auto other = std::next(one); other != shown.end(); ++other) {
+      // Eyes, hair or a beard lie within their head; heads stand side by side.
+      const Eigen::AlignedBox3f &here = one->second.box, &there = other->second.box;
+      if (here.contains(there.center()) || there.contains(here.center())) continue;
+      const std::vector<int> way = wayTo(one->first), other_way = wayTo(other->first);
+      const auto [parts, other_parts] = std::mismatch(way.begin(), way.end(), other_way.begin(), other_way.end());
+      const int node = parts == way.end() ? one->first : *parts;
+      const int other_node = other_parts == other_way.end() ? other->first : *other_parts;
+      throw InputError(anchors.file, "markers",
+                       fmt::format("lie on several heads; expected one, which --object names: '{}' '{}'",
+                                   nodes[unsignedIndex(node)].name, nodes[unsignedIndex(other_node)].name));
+    }
+  }
 }
 
 Command anchorsCommand() {

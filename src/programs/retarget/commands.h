@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "deform/mesh/lip_line.h"
 #include "programs/program.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/rig/face_fit.h"
@@ -51,6 +53,22 @@ struct NamedAnchors {
 NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
                         const std::string& object, const std::filesystem::path& given, bool quiet);
 
+/// Throws InputError where a scene shows several heads and the anchors lie on more than one of them: `object` names
+/// which is meant, and is empty. `bytes`, those of a GLB, are what `mesh` was read from.
+void refuseSeveralHeads(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
+                        const std::string& object, const NamedAnchors& anchors);
+
+/// Throws InputError where `out` ends otherwise than a mesh that is written: .obj, or, of a GLB, .glb.
+void expectMeshEnding(const std::filesystem::path& out, const std::filesystem::path& mesh);
+
+/// The line between the lips as the anchors tell where to look for it, in the head's upright frame.
+struct TracedLips {
+  Eigen::Matrix3d upright_from_mesh;
+  LipLine line;
+};
+/// Throws InputError that names an anchor which is missing, or tells that no skin lies between the corners.
+TracedLips tracedLips(const FaceMesh& mesh, const NamedAnchors& anchors);
+
 /// What fitFace() needs to know of a corpus' actor; the mesh's file and hash are left to the caller.
 FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus);
 
@@ -83,6 +101,9 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
 
 /// What a page shows of the file `mesh` with these bytes besides its surface: a GLB's textures.
 PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path& mesh);
+/// The same with the line between the lips, traced where `anchors` tell of a mouth and hold no rims of its lips.
+PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path& mesh, const FaceMesh& head,
+                        const NamedAnchors& anchors);
 
 /// Writes a page that shows the markers on the face, or, where it has faults that show, the pose in which the first of
 /// them is worst, with the triangles in red.

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/glb_growth.h"
 #include "deform/mesh/lip_cut.h"
 #include "deform/mesh/mesh_files.h"
@@ -20,6 +21,7 @@ using Eigen::Vector3d;
 
 struct CutArguments {
   fs::path mesh, anchors, out;
+  std::string object;
   bool quiet = false;
 };
 
@@ -41,35 +43,24 @@ Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const st
 }
 
 int runCut(const CutArguments& given) {
+  expectMeshEnding(given.out, given.mesh);
   const bool is_glb = isGlb(given.out);
-  if (is_glb && !isGlb(given.mesh))
-    throw InputError(given.mesh.string(), "--out", "is no GLB; expected an .obj to write");
   const std::string bytes = readFile(given.mesh);
-  FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
-  const auto [anchors, file] = anchorsFor(mesh, bytes, given.mesh, "", given.anchors, given.quiet);
-  const Eigen::Matrix3d upright = uprightBy(anchors, mesh, file);
-  const auto hint = [&, &set = anchors, &of = file](const char* name) -> Vector3d {
-    return upright * placeOf(set, name, mesh, of).value();
-  };
-  for (const std::string& name : requiredAnchors()) {
-    if (!anchors.markers.contains(name)) throw InputError(file, "markers", "is without " + name);
-  }
-  const MouthHints hints{hint("LIP_CORNER_R"), hint("LIP_CORNER_L"), hint("LIP_UP_MID"), hint("LIP_LO_MID")};
-  turnMesh(upright, mesh);
-  const auto line =
-      traceLipLine(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
-  if (!line) throw InputError(file, "markers", "found no skin between the corners of the mouth");
+  FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  const TracedLips traced =
+      tracedLips(mesh, anchorsFor(mesh, bytes, given.mesh, given.object, given.anchors, given.quiet));
+  turnMesh(traced.upright_from_mesh, mesh);
   GrownMesh cut = [&] {
     try {
-      return cutLips(mesh, *line);
+      return cutLips(mesh, traced.line);
     } catch (const InputError& error) {
       throw InputError(given.mesh.string(), "lips", error.what());
     }
   }();
-  turnMesh(upright.transpose(), cut.mesh);
+  turnMesh(traced.upright_from_mesh.transpose(), cut.mesh);
   if (is_glb) {
-    turnMesh(upright.transpose(), mesh);
-    writeFileAtomically(given.out, grownGlb(bytes, given.mesh.string(), "", mesh, cut));
+    turnMesh(traced.upright_from_mesh.transpose(), mesh);
+    writeFileAtomically(given.out, grownGlb(bytes, given.mesh.string(), given.object, mesh, cut));
   } else {
     writeObj(given.out, cut.mesh);
   }
@@ -81,6 +72,8 @@ int runCut(const CutArguments& given) {
 
 void addOptions(CLI::App& command, CutArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB, its lips in one surface")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--anchors", options.anchors,
                      "The ten of `retarget pick` (JSON; default: those that `retarget anchors` finds)");
   command
@@ -90,6 +83,30 @@ void addOptions(CLI::App& command, CutArguments& options) {
 }
 
 }  // namespace
+
+void expectMeshEnding(const fs::path& out, const fs::path& mesh) {
+  if (isGlb(out) && !isGlb(mesh)) throw InputError(mesh.string(), "", "is no GLB; expected an .obj to write");
+  if (!isGlb(out) && lowerCase(out.extension().string()) != ".obj")
+    throw InputError(out.string(), "", "expected an .obj to write, or, of a GLB, a .glb");
+}
+
+TracedLips tracedLips(const FaceMesh& mesh, const NamedAnchors& anchors) {
+  const auto& [set, file] = anchors;
+  const Eigen::Matrix3d upright = uprightBy(set, mesh, file);
+  for (const std::string& name : requiredAnchors()) {
+    if (!set.markers.contains(name)) throw InputError(file, "markers", "is without " + name);
+  }
+  const auto hint = [&, &from = set, &of = file](const char* name) -> Vector3d {
+    return upright * placeOf(from, name, mesh, of).value();
+  };
+  const MouthHints hints{hint("LIP_CORNER_R"), hint("LIP_CORNER_L"), hint("LIP_UP_MID"), hint("LIP_LO_MID")};
+  FaceMesh turned = mesh;
+  turnMesh(upright, turned);
+  const auto skin = trianglesOf(turned, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
+  auto line = traceLipLine(turned.vertices, skin, hints);
+  if (!line) throw InputError(file, "markers", "found no skin between the corners of the mouth");
+  return {upright, *std::move(line)};
+}
 
 Command cutCommand() {
   return makeCommand("cut", "Cut the lips of a head apart that are one surface",

@@ -82,6 +82,33 @@ PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path
   return {glbPictures(mesh_bytes, mesh.string())};
 }
 
+PageDressing dressingOf(std::string_view mesh_bytes, const std::filesystem::path& mesh, const FaceMesh& head,
+                        const NamedAnchors& anchors) {
+  PageDressing dressing = dressingOf(mesh_bytes, mesh);
+  if (anchors.anchors.markers.contains("RIM_UP_MID")) return dressing;
+  try {
+    const TracedLips traced = tracedLips(head, anchors);
+    const LipLine& line = traced.line;
+    const auto inMesh = [&](const Eigen::Vector3d& place) -> Eigen::Vector3d {
+      return traced.upright_from_mesh.transpose() * place;
+    };
+    for (const auto* rim : {&line.upper, &line.lower}) {
+      for (const Eigen::Vector3d& place : *rim) dressing.lip_line.push_back(inMesh(place));
+    }
+    const auto lipAt = [&](const char* name) -> Eigen::Vector3d {
+      return traced.upright_from_mesh * placeOf(anchors.anchors, name, head, anchors.file).value();
+    };
+    const LipLine::Pair middle = line.at(0.5 * (lipAt("LIP_UP_MID") + lipAt("LIP_LO_MID")));
+    dressing.traced = {{"RIM_CORNER_R", inMesh(line.corner_right)},
+                       {"RIM_CORNER_L", inMesh(line.corner_left)},
+                       {"RIM_UP_MID", inMesh(middle.upper)},
+                       {"RIM_LO_MID", inMesh(middle.lower)}};
+  } catch (const InputError&) {
+    // Too few anchors yet, or anchors of no mouth: the page shows what there is.
+  }
+  return dressing;
+}
+
 namespace {
 
 /// Parts of their own for the triangles of the first of `faults`, red, and of the others, orange, over `shown`'s parts.

@@ -70,8 +70,7 @@ void noteLooseVertices(const FaceMesh& mesh, const FitArguments& given) {
 }
 
 int runFit(const FitArguments& given) {
-  if (isGlb(given.mouth_parts) && !isGlb(given.mesh))
-    throw InputError(given.mesh.string(), "--mouth-parts", "is no GLB; expected an .obj to write");
+  if (!given.mouth_parts.empty()) expectMeshEnding(given.mouth_parts, given.mesh);
   const Corpus corpus = readCorpus(corpusFile(given.corpus));
   std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);

@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_file.h"
@@ -52,6 +53,8 @@ Places placesOf(const Corpus& corpus, const FaceFile& face) {
 /// The face's own head, bent so that each marker lies where it lies on the person, in millimetres. What lies between
 /// and behind the markers follows the same warp as motion does (EDGE 6).
 int runOwn(const OwnArguments& given) {
+  if (lowerCase(given.out.extension().string()) != ".obj")
+    throw InputError(given.out.string(), "", "expected an .obj to write");
   const Corpus corpus = readCorpus(given.corpus, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   const fs::path face_path = given.face.empty() ? findSharedFile("default.face", "make it with `make`") : given.face;
   const FaceFile face = readFaceFile(face_path);

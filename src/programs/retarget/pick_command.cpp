@@ -23,9 +23,10 @@ int runPick(const PickArguments& given) {
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  Anchors shown;
-  if (!given.anchors.empty()) shown = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
-  writeFileAtomically(out, facePage(*mesh, name, shown, suggestedAnchors(), dressingOf(bytes, given.mesh)));
+  NamedAnchors shown{{}, given.anchors.string()};
+  if (!given.anchors.empty()) shown.anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), shown.file);
+  writeFileAtomically(
+      out, facePage(*mesh, name, shown.anchors, suggestedAnchors(), dressingOf(bytes, given.mesh, *mesh, shown)));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));

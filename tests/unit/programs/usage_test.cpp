@@ -291,11 +291,9 @@ TEST_F(BadInput, OfRetarget) {
 
 /// Told whole: what was found and what is expected; what was saved before stays.
 TEST_F(BadInput, OfOtherCommandsKeepsWhatWasSaved) {
-  const std::string
-      motion = folder_.write("a.csv", "time_s,A.x,A.y,A.z\n0,1,2,3\n0.04,1,2,3\n").string(),
-      mesh = folder_.write("h.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string(),
-      anchors =
-          folder_.write("h.anchors.json", R"({"format": "mouthpiece-anchors", "version": 1, "markers": {}})").string();
+  const std::string motion = folder_.write("a.csv", "time_s,A.x,A.y,A.z\n0,1,2,3\n0.04,1,2,3\n").string(),
+                    mesh = folder_.write("h.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string(),
+                    anchors = folder_.write("h.anchors.json", R"({"about": "no head", "markers": {}})").string();
   fs::create_directory(folder_.path() / "empty");
   const std::string empty = (folder_.path() / "empty").string();
   const auto expectKept = [&](const std::string& program, Arguments arguments, const std::string& saved,
@@ -321,6 +319,11 @@ TEST_F(BadInput, OfOtherCommandsKeepsWhatWasSaved) {
       "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, AU, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
   expectKept("retarget", {"cut", mesh, "--anchors", anchors, "--out", "SAVED"}, "c.obj",
              "h.anchors.json:markers: is without CANTHUS_OUT_R; `retarget pick` asks for it");
+  expectKept("retarget", {"cut", mesh, "--anchors", anchors, "--out", "SAVED"}, "c.ply",
+             "c.ply: expected an .obj to write, or, of a GLB, a .glb");
+  expectKept("retarget", {"fit", mesh, "--anchors", anchors, "--out", "x.face", "--mouth-parts", "SAVED"}, "whole.ply",
+             "whole.ply: expected an .obj to write, or, of a GLB, a .glb");
+  expectKept("retarget", {"own", "--corpus", motion, "--out", "SAVED"}, "me.stl", "me.stl: expected an .obj to write");
   expectKept("retarget", {"apply", "--face", "x.face", "--motion", motion, "--arkit", "--out", "SAVED"}, "a.obj",
              "a.obj: expected .glb or .csv with --arkit");
   expectKept("synth", {"batch", "a.csv", "--out", "SAVED", "--shard", "3/2"}, "lines",

@@ -11,7 +11,9 @@
 #include "deform/mesh/face_mesh.h"
 #include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
+#include "motion/marker_layout.h"
 #include "retarget/placing/anchors.h"
+#include "retarget/placing/face_page.h"
 #include "retarget/rig/face_file.h"
 #include "support/glb_file.h"
 #include "support/run_program.h"
@@ -322,11 +324,16 @@ TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
   EXPECT_FALSE(fs::exists(face));
   EXPECT_NE(test::readAll(folder_.path() / "x.faults.html").find("\"fault\""), std::string::npos);
   EXPECT_EQ(refused.err.find("found, not clicked"), std::string::npos) << "its anchors were given";
-  // Without takes it is not judged, so that nothing is tried to mend it.
+  // Without takes it is not judged, so that nothing is tried to mend it, and that is told to whom nothing else is.
   Corpus unheard = gaping;
   unheard.takes.clear();
   writeCorpus(corpus, unheard);
-  EXPECT_EQ(runProgram("retarget", fit).exit_code, 0);
+  std::vector<std::string> silent = fit;
+  silent.insert(silent.end(), "-q");
+  const ProgramResult passed = runProgram("retarget", silent);
+  EXPECT_EQ(passed.exit_code, 0);
+  EXPECT_EQ(passed.err,
+            "retarget: default: not judged in motion: the corpus 'gaping' holds no take to move the face by\n");
   EXPECT_TRUE(fs::exists(face));
   // Few vertices lie within a degree of their patch.
   const bool are_found = fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "face_tracker");
@@ -355,6 +362,132 @@ TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
   EXPECT_GT(seen, 1U) << facts;
+}
+
+/// The ten anchors that people click, of all of the default face's.
+Anchors clicksOf(const Anchors& all) {
+  Anchors ten;
+  for (const AnchorToPick& wanted : suggestedAnchors()) {
+    const auto found = all.markers.find(std::string(wanted.name));
+    if (found != all.markers.end()) ten.markers.insert(*found);
+  }
+  return ten;
+}
+
+/// What a fit has placed is read again as it was saved, on a head that stands otherwise too, and what was dragged
+/// stays.
+TEST_F(RetargetProgram, SavedRimsStayWhereTheyArePut) {
+  Corpus unheard = madeUpCorpus();  // fitted without being judged
+  unheard.takes.clear();
+  writeCorpus(corpus_, unheard);
+  BareHead given;
+  const auto turned = [](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.z(), p.y(), -p.x()); };
+  for (Eigen::Index v = 0; v < given.whole.vertices.rows(); ++v)
+    given.whole.vertices.row(v) = turned(pointAt(given.whole.vertices, static_cast<std::uint32_t>(v))).cast<float>();
+  Anchors clicks = clicksOf(given.anchors);
+  for (auto& [name, place] : clicks.markers) place = turned(std::get<Eigen::Vector3d>(place));
+  const fs::path head = folder_.path() / "turned.obj", first = folder_.path() / "first.json",
+                 second = folder_.path() / "second.json", face = folder_.path() / "turned.face";
+  writeObj(head, given.whole);
+  const auto fitted = [&](const Anchors& anchors, const fs::path& saved) {
+    const fs::path asked = folder_.path() / "asked.json";
+    writeFileAtomically(asked, anchorsBytes(anchors));
+    const ProgramResult fit =
+        runProgram("retarget", {"fit", head.string(), "--anchors", asked.string(), "--corpus", corpus_.string(),
+                                "--out", face.string(), "--save-anchors", saved.string(), "--even-if-faulty", "-q"});
+    EXPECT_TRUE(fs::exists(saved)) << fit.err;
+    return parseAnchors(readFile(saved), saved.string());
+  };
+  Anchors placed = fitted(clicks, first);
+  ASSERT_TRUE(placed.markers.contains("RIM_UP_MID"));
+  EXPECT_GE(placed.markers.size(), defaultLayout().markerNames().size() + 10);
+  const auto at = [](const Anchors& anchors, const std::string& name) {
+    return std::get<Eigen::Vector3d>(anchors.markers.at(name));
+  };
+  const Eigen::Vector3d dragged = at(placed, "RIM_UP_MID") + Eigen::Vector3d(0, 1.5, 0);
+  placed.markers["RIM_UP_MID"] = dragged;
+  const Anchors again = fitted(placed, second);
+  ASSERT_EQ(again.markers.size(), placed.markers.size());
+  for (const auto& [name, place] : again.markers) {
+    if (!std::holds_alternative<Eigen::Vector3d>(place)) continue;
+    EXPECT_LT((at(again, name) - at(placed, name)).norm(), 0.01) << name << ", mm";
+  }
+  const FaceFile file = readFaceFile(face);
+  const auto rim = std::find_if(file.control.points.begin(), file.control.points.end(),
+                                [](const ControlPoint& point) { return point.name == "RIM_UP_MID"; });
+  ASSERT_NE(rim, file.control.points.end());
+  const Eigen::Vector3d rest = file.control.rest.row(rim - file.control.points.begin());
+  EXPECT_LT((file.upright_from_mesh.transpose() * rest - dragged).norm(), 0.01);
+}
+
+/// Pages show the line between the lips before anything is fitted.
+TEST_F(RetargetProgram, PickShowsTheLipLine) {
+  const BareHead given;
+  const fs::path head = folder_.path() / "head.obj", clicks = folder_.path() / "head.json",
+                 page = folder_.path() / "pick.html";
+  writeObj(head, given.whole);
+  writeFileAtomically(clicks, anchorsBytes(clicksOf(given.anchors)));
+  const auto dataOf = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> pick{"pick", head.string(), "-o", page.string()};
+    pick.insert(pick.end(), more.begin(), more.end());
+    EXPECT_EQ(runProgram("retarget", pick).exit_code, 0);
+    const std::string text = test::readAll(page);
+    const std::size_t from = text.find('{', text.find("id=\"data\">"));
+    return json::parse(text.substr(from, text.find("</script>", from) - from));
+  };
+  EXPECT_TRUE(dataOf({})["lip_line"].empty()) << "nobody has told where the mouth is";
+  const json data = dataOf({"--anchors", clicks.string()});
+  EXPECT_GT(data["lip_line"].size(), 20U);
+  EXPECT_FALSE(data["places"].contains("RIM_UP_MID")) << "a file without rims has none";
+  for (const std::string side : {"R", "L"}) {
+    const json& rim = data["traced"]["RIM_CORNER_" + side];
+    const auto click = std::get<Eigen::Vector3d>(given.anchors.markers.at("LIP_CORNER_" + side));
+    EXPECT_LT((Eigen::Vector3d(rim[0], rim[1], rim[2]) - click).norm(), 8) << side << ", mm";
+  }
+  EXPECT_LT(std::abs(data["traced"]["RIM_UP_MID"][1].get<double>() - data["traced"]["RIM_LO_MID"][1].get<double>()), 1);
+}
+
+/// Two of them side by side, with anchors that lie on both: `--object` says which is meant.
+TEST_F(RetargetProgram, AnchorsOnTwoHeadsAreRefusedWithTheirNames) {
+  const BareHead given;
+  PrincipalShapes jaw;
+  jaw.frame_rate_hz = 60;
+  jaw.rest = Eigen::Map<const Eigen::RowVectorXf>(given.whole.vertices.data(), given.whole.vertices.size());
+  jaw.shapes = Eigen::RowVectorXf::Zero(jaw.rest.size());
+  jaw.shapes(1) = -10;
+  const std::vector<std::string> names{"Vrc v-aa"};
+  test::GlbFile pair(glbBytes(given.whole, jaw, "Ann", names));
+  pair.root["nodes"].push_back({{"name", "Ben"}, {"mesh", 0}, {"translation", {0.4, 0, 0}}});
+  pair.root["scenes"][0]["nodes"].push_back(pair.root["nodes"].size() - 1);
+  const fs::path heads = folder_.path() / "pair.glb";
+  writeFileAtomically(heads, pair.toBytes());
+  Anchors clicks = clicksOf(given.anchors);
+  const auto written = [&](const char* name) {
+    writeFileAtomically(folder_.path() / name, anchorsBytes(clicks));
+    return (folder_.path() / name).string();
+  };
+  for (auto& [name, place] : clicks.markers) place = Eigen::Vector3d(0.001 * std::get<Eigen::Vector3d>(place));
+  const std::string ann = written("ann.json");
+  for (auto& [name, place] : clicks.markers) {
+    if (name.ends_with("_L")) std::get<Eigen::Vector3d>(place).x() += 0.4;
+  }
+  const std::string both = written("both.json");
+  const std::string said = "both.json:markers: lie on several heads; expected one, which --object names: 'Ann' 'Ben'";
+  const std::string face = (folder_.path() / "x.face").string(), cut = (folder_.path() / "x.glb").string();
+  for (const std::vector<std::string>& asked :
+       {std::vector<std::string>{"fit", heads.string(), "--anchors", both, "--corpus", corpus_.string(), "--out", face},
+        {"cut", heads.string(), "--anchors", both, "--out", cut}}) {
+    const ProgramResult refused = runProgram("retarget", asked);
+    EXPECT_EQ(refused.exit_code, 1) << asked[0];
+    EXPECT_NE(refused.err.find(said), std::string::npos) << refused.err;
+  }
+  const ProgramResult chosen =
+      runProgram("retarget", {"cut", heads.string(), "--object", "Ann", "--anchors", ann, "--out", cut});
+  EXPECT_NE(chosen.err.find("pair.glb:lips: "), std::string::npos) << "hers are apart already: " << chosen.err;
+  // A shape's name is told by its letters and digits.
+  const ProgramResult by_shape = runProgram(
+      "retarget", {"anchors", heads.string(), "--object", "Ann", "--by", "shapes", "--out", written("found.json")});
+  EXPECT_EQ(by_shape.err.find("has no shape that opens the jaw"), std::string::npos) << by_shape.err;
 }
 
 TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {
