@@ -12,6 +12,7 @@
 #include "deform/mesh/mesh_files.h"
 #include "page_engine/line_package.h"
 #include "phonetics/text/lexicon.h"
+#include "phonetics/text/speakable_text.h"
 #include "speaker/line_sounds.h"
 #include "speaker/live_setup.h"
 #include "speaker/manner.h"
@@ -237,7 +238,7 @@ Performance Speaker::perform(const Line& given) {
   };
   if (!line.audio.empty()) await_face();
   std::vector<std::string> unspeakable;
-  line.text = withoutLoneCharacters(line.text, *data_->language, unspeakable);
+  line.text = withoutLoneCharacters(line.text, data_->language, unspeakable);
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   LineSound sound = timed(speech_ms, [&] { return data_->sounds->soundOf(line); });
   if (!line.is_sung && line.song.empty())
@@ -291,7 +292,7 @@ Performance Speaker::perform(const Line& given) {
   animation.guessed_words = data_->sounds->guessedWords(animation.labels);
   made->guesses = guessesOf(animation.labels, animation.guessed_words);
   if (!unspeakable.empty())
-    animation.notices.push_back(fmt::format("left out, since no voice of {} says them: {}", data_->language->name,
+    animation.notices.push_back(fmt::format("left out, since no voice of {} says them: {}", data_->language.name,
                                             printable(fmt::format("{}", fmt::join(unspeakable, " ")), 120)));
   if (!made->guesses.empty()) animation.notices.push_back(noticeOf(made->guesses));
   made->tags = request.tags;
