@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -38,7 +39,7 @@ KnownLines KnownLines::ofHint(std::string_view hint, const Pronouncer& pronounce
   std::vector<std::string> phrases;
   if (!hint.empty()) {
     try {
-      pronouncer.wordsOf(hint);
+      std::ignore = pronouncer.wordsOf(hint);
     } catch (const InputError& error) {  // what cannot be said is the hint's, not a text's
       constexpr std::string_view kText = "text:";
       const std::string message = error.what();
