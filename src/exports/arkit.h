@@ -92,7 +92,8 @@ std::string liveLinkCsv(const ArkitCurves& curves);
 
 /// `glb` with one weights animation, named "speech", in the place of those it had; everything else (materials,
 /// textures, skins) stays. Shapes that have no curve rest. Throws InputError that begins with `file`.
-std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves);
+std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves,
+                                  std::string_view object = {});
 
 /// Weights of ARKit's shapes over time, as an app recorded them.
 struct ArkitTrack {

@@ -294,8 +294,9 @@ std::string liveLinkCsv(const ArkitCurves& curves) {
   return text;
 }
 
-std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves) {
-  auto made = glbWithWeights(glb, file, curves.frame_rate_hz, {curves.weights, arkitIndex});
+std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves,
+                                  std::string_view object) {
+  auto made = glbWithWeights(glb, file, curves.frame_rate_hz, {curves.weights, arkitIndex}, object);
   if (!made) throw InputError(file, "", "holds no shape with an ARKit name");
   return *std::move(made);
 }

@@ -37,7 +37,9 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   std::string given = isGlb(mesh_path) ? readFile(mesh_path, kMaxMeshBytes) : "";
   if (!given.empty() && is_arkit) {
     // A head that has them is driven by its own.
-    if (auto driven = glbWithWeights(given, mesh_path.string(), rate, {arkitOfHead(), arkitIndex})) return *driven;
+    if (auto driven =
+            glbWithWeights(given, mesh_path.string(), rate, {arkitOfHead(), arkitIndex}, own.file.mesh_object))
+      return *driven;
   }
   // Of motion from elsewhere no actor is known whose visemes could be taken: those of the sample corpus, as in
   // `retarget shapes`.
@@ -53,8 +55,8 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   if (!given.empty()) {
     const auto shaped = glbWithShapes(given, mesh_path.string(), shapes, own.file.upright_from_mesh,
                                       own.file.mesh_object, nullptr, set.names);
-    const auto driven =
-        shaped ? glbWithWeights(*shaped, mesh_path.string(), rate, weights) : std::optional<std::string>();
+    const auto driven = shaped ? glbWithWeights(*shaped, mesh_path.string(), rate, weights, own.file.mesh_object)
+                               : std::optional<std::string>();
     if (driven) return *driven;
   }
   shapes.frame_rate_hz = rate;

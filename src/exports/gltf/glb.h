@@ -54,9 +54,9 @@ std::optional<std::string> glbWithShapes(std::string_view glb, const std::string
                                          std::span<const std::string> shape_names = {});
 
 /// `glb` with a weights animation "speech" of its own morph targets after the animations that it has, in the place of
-/// an earlier run's. Everything else stays. nullopt when no target follows a column. Throws InputError that begins with
-/// `file`.
+/// an earlier run's. Everything else stays, with it what `object`, as parseFaceMesh takes it, does not show. nullopt
+/// when no target follows a column. Throws InputError that begins with `file`.
 std::optional<std::string> glbWithWeights(std::string_view glb, const std::string& file, double frame_rate_hz,
-                                          const OwnShapeWeights& own);
+                                          const OwnShapeWeights& own, std::string_view object = {});
 
 }  // namespace mouthpiece

@@ -53,6 +53,9 @@ class SpeechAdder {
                 upright_from_mesh.transpose().cast<float>());
   }
 
+  /// Leaves what else the scene shows than `object` as it is.
+  void keepTo(std::string_view object) { runs_ = glbRuns(glb_, file_, object); }
+
   /// In the place of animate(): other animations get room for the shapes, which rest.
   void leaveStill() { widenOthers(); }
 
@@ -63,7 +66,7 @@ class SpeechAdder {
     std::vector<std::size_t> nodes;
     json& list = model_.root["nodes"];
     for (std::size_t node = 0; list.is_array() && node < list.size(); ++node) {
-      if (!list[node].contains("mesh")) continue;
+      if (!list[node].contains("mesh") || !isOfObject(node)) continue;
       const auto added = added_of_node_.find(node);
       auto weights = weightsOf(node, frames, shapes, added == added_of_node_.end() ? nullptr : &added->second, own);
       if (!weights) continue;
@@ -88,6 +91,13 @@ class SpeechAdder {
     const std::size_t number = model_.root.at("nodes").at(node).at("mesh").get<std::size_t>();
     if (number >= meshes.size()) fail("names a mesh that it does not hold");
     return meshes[number];
+  }
+
+  /// Every node is where nothing is known of the scene.
+  [[nodiscard]] bool isOfObject(std::size_t node) const {
+    return runs_.empty() || std::any_of(runs_.begin(), runs_.end(), [node](const GlbRun& run) {
+             return run.node < 0 || unsignedIndex(run.node) == node;
+           });
   }
 
   static std::size_t targetCount(const json& mesh) {
@@ -333,10 +343,11 @@ std::optional<std::string> glbWithShapes(std::string_view glb, const std::string
 }
 
 std::optional<std::string> glbWithWeights(std::string_view glb, const std::string& file, double frame_rate_hz,
-                                          const OwnShapeWeights& own) {
+                                          const OwnShapeWeights& own, std::string_view object) {
   return checkedJson(file, [&]() -> std::optional<std::string> {
     SpeechAdder adder(glb, file);
     if (!adder.hasData()) throw InputError(file, "", "holds no mesh with shapes in its own binary chunk");
+    if (!object.empty()) adder.keepTo(object);
     if (!adder.animate(unsignedIndex(own.weights.rows()), frame_rate_hz, nullptr, &own)) return std::nullopt;
     return std::move(adder).toBytes();
   });

@@ -130,8 +130,9 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
                      "has no morph targets; expected a GLB with ARKit's shapes, or --out NAME.arkit.csv, whose weights "
                      "follow the markers where a head has none");
   const ArkitCurves curves = fitArkit(performance.uprightFrames(), face.rig().mesh(), shapes);
-  writeFileAtomically(given.out, isLiveLink(given.out) ? liveLinkCsv(curves)
-                                                       : glbWithArkitAnimation(bytes, mesh_path.string(), curves));
+  writeFileAtomically(given.out, isLiveLink(given.out)
+                                     ? liveLinkCsv(curves)
+                                     : glbWithArkitAnimation(bytes, mesh_path.string(), curves, face.file.mesh_object));
   if (!given.quiet) {
     printText(fmt::format("{} of 52 ARKit shapes, {:.2f} mm RMS off the full motion of {:.2f} mm ({:.1f} mm at most)\n",
                           std::count(curves.has_shape.begin(), curves.has_shape.end(), true), curves.rms_error_mm,

@@ -397,6 +397,19 @@ TEST(Avatar, SeveralHeadsAreToldApart) {
   EXPECT_FALSE((*named(after.root["meshes"], "BenFace"))["extras"].contains("speech"));
   EXPECT_EQ((*named(after.root["meshes"], "BenFace"))["primitives"],
             (*named(GlbFile(both).root["meshes"], "BenFace"))["primitives"]);
+  // The shapes that both have move on the chosen one alone.
+  const OwnShapeWeights own{RowMajorMatrixF::Constant(5, 1, 0.75F),
+                            [](std::string_view name) { return name == "eyeBlinkLeft" || name == "jawOpen" ? 0 : -1; }};
+  for (const std::string& made :
+       {spoken(both, "Ann", &own), glbWithWeights(both, "avatar.glb", 50, own, "Ann").value_or("")}) {
+    const GlbFile driven(made);
+    std::vector<json> meshes;
+    for (const json& channel : driven.root["animations"].back()["channels"]) {
+      const json& node = driven.root["nodes"][channel["target"]["node"].get<std::size_t>()];
+      meshes.push_back(driven.root["meshes"][node["mesh"].get<std::size_t>()]["name"]);
+    }
+    EXPECT_EQ(meshes, std::vector<json>{"AnnFace"});
+  }
   try {
     (void)parseGlb(both, "avatar.glb", "Cem");
     FAIL();
