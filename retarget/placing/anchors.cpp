@@ -73,14 +73,20 @@ std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string
 
 namespace {
 
-/// Clicks that took right for left or one lip for the other. R is the head's own right.
+/// Clicks that took right for left, one lip for the other, or the nose for the chin. R is the head's own right.
 void refuseSwapped(const FaceMesh& mesh, const Anchors& anchors, const std::string& file) {
   const auto at = [&](const std::string& name) { return placeOf(anchors, name, mesh, file); };
   const auto nose = at("NOSE_TIP"), right = at("LIP_CORNER_R"), left = at("LIP_CORNER_L"),
              eye_right = at("CANTHUS_OUT_R"), eye_left = at("CANTHUS_OUT_L"), upper = at("LIP_UP_MID"),
-             lower = at("LIP_LO_MID");
+             lower = at("LIP_LO_MID"), chin = at("CHIN_LOW");
   if (!nose || !right || !left || !eye_right || !eye_left) return;
   const Eigen::Vector3d mouth = 0.5 * (*left + *right), eyes = 0.5 * (*eye_left + *eye_right), up = eyes - mouth;
+  // A muzzle's nose is not above its mouth as its eyes are, but it is the upper lip's neighbour. This comes first:
+  // which side is which is told by the nose.
+  if (upper && lower && chin && (*upper - *lower).dot(up) > 0 && (*nose - *upper).norm() > (*nose - *lower).norm() &&
+      (*chin - *lower).norm() > (*chin - *upper).norm())
+    throw InputError(file, "markers.NOSE_TIP",
+                     "lies below the lips, and CHIN_LOW above them; expected the two swapped");
   const Eigen::Vector3d to_left = up.cross(*nose - 0.5 * (mouth + eyes));
   std::string swapped;
   std::size_t count = 0, pairs = 0;

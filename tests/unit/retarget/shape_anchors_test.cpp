@@ -172,6 +172,8 @@ TEST(SkinUnderAnchors, NamesTheClickThatIsWrong) {
             "anchors.json:markers: have right and left the wrong way round; expected R at the head's own right");
   EXPECT_EQ(swapped({{"LIP_UP_MID", "LIP_LO_MID"}}),
             "anchors.json:markers.LIP_UP_MID: lies below LIP_LO_MID; expected the upper lip above the lower one");
+  EXPECT_EQ(swapped({{"NOSE_TIP", "CHIN_LOW"}}),
+            "anchors.json:markers.NOSE_TIP: lies below the lips, and CHIN_LOW above them; expected the two swapped");
   Anchors air = right;
   const auto at = [&](const char* name) { return *placeOf(right, name, mesh, ""); };
   const Eigen::Vector3d forward = at("NOSE_TIP") - 0.5 * (at("CANTHUS_OUT_R") + at("CANTHUS_OUT_L"));
