@@ -245,19 +245,30 @@ class GlbParser {
     }
   }
 
+  /// The materials of a mesh whose own name tells the kind stay parts of their own: the first is called as the mesh,
+  /// the others "mesh.material", or by number.
+  void nameByMesh(const std::string& material_name, MeshPart& part) const {
+    const bool is_taken = std::any_of(soup_.parts.begin(), soup_.parts.end(), [&](const MeshPart& other) {
+      return other.name == part.name && other.material != part.material;
+    });
+    if (is_taken)
+      part.name += "." + (material_name.empty() ? fmt::format("{}", part.material) : printable(material_name, 60));
+  }
+
   std::uint32_t addPart(int material, const std::string& mesh_name) {
     MeshPart part{.name = printable(mesh_name.empty() ? "mesh" : mesh_name, 120), .base_color = {1, 1, 1, 1}};
     if (material >= 0 && unsignedIndex(material) < model_.materials.size()) {
       const tinygltf::Material& source = model_.materials[unsignedIndex(material)];
       part.material = material;
-      if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name)))
-        part.name = printable(source.name, 120);
+      const bool is_called_so = !source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name));
+      if (is_called_so) part.name = printable(source.name, 120);
       const auto& factor = source.pbrMetallicRoughness.baseColorFactor;
       for (std::size_t k = 0; k < 4 && k < factor.size(); ++k) {
         part.base_color[k] = asFloat(std::isfinite(factor[k]) ? std::clamp(factor[k], 0.0, 1.0) : 1.0);
       }
       const double roughness = source.pbrMetallicRoughness.roughnessFactor;
       part.roughness = asFloat(std::isfinite(roughness) ? std::clamp(roughness, 0.0, 1.0) : 0.6);
+      if (!is_called_so) nameByMesh(source.name, part);
     }
     for (std::size_t p = 0; p < soup_.parts.size(); ++p) {
       if (soup_.parts[p].name == part.name && soup_.parts[p].base_color == part.base_color)
