@@ -143,7 +143,7 @@ class StreamFeeder {
   }
   /// Once run() has returned: of the words beside sound; words and sentences that cannot be said; samples that came.
   [[nodiscard]] std::size_t wordsWithoutSound() const { return words_ ? words_->withoutSound() : 0; }
-  [[nodiscard]] std::size_t leftOut() const { return words_ ? words_->leftOut() : left_out_.count(); }
+  [[nodiscard]] std::size_t leftOut() const { return words_ ? words_->leftOut() : unsaid_.count(); }
   [[nodiscard]] std::size_t samples() const { return samples_; }
   /// The other thread has given up.
   void stop() { is_stopped_ = true; }
@@ -169,14 +169,14 @@ class StreamFeeder {
         stream_.say(*sentence, [&](Seconds begin, const Sound& piece) {
           if (wav) wav->write(piece, begin);
         });
-        left_out_.said();
+        unsaid_.said();
       } catch (const InputError& error) {
-        left_out_.add(options_.text_file == "-" ? "stdin" : options_.text_file, sentences.lineNumber(), error,
-                      options_.quiet);
+        unsaid_.add(options_.text_file == "-" ? "stdin" : options_.text_file, sentences.lineNumber(), error,
+                    options_.quiet);
       }
       if (!mayGoOn()) return;
     }
-    left_out_.expectAnySaid();
+    unsaid_.expectAnySaid();
     if (!any) throw InputError(options_.text_file, "", "holds nothing that can be said");
   }
 
@@ -196,7 +196,7 @@ class StreamFeeder {
       try {
         if (is_word) {
           stream_.push(fields[2], TimeSpan{*start, *end});
-          left_out_.said();
+          unsaid_.said();
         } else {
           LivePhone phone{fields[2], {*start, *end}};
           const std::optional<double> word = fields.size() > 3 ? parseNumber(fields[3]) : std::nullopt;
@@ -205,11 +205,11 @@ class StreamFeeder {
         }
       } catch (const InputError& error) {
         if (!is_word || !isTime({*start, *end})) fail(error.what());
-        left_out_.add("stdin", lines.lineNumber(), error, options_.quiet);
+        unsaid_.add("stdin", lines.lineNumber(), error, options_.quiet);
       }
       if (!mayGoOn()) return;
     }
-    left_out_.expectAnySaid();
+    unsaid_.expectAnySaid();
   }
 
   void feedSound() {
@@ -294,7 +294,7 @@ class StreamFeeder {
   static constexpr std::size_t kHeadBytes = 8;
 
   std::optional<WordsBesideSound> words_;
-  LeftOut left_out_;
+  UnsaidWords unsaid_;
   std::size_t samples_ = 0;
   std::atomic<bool> is_stopped_ = false;
 };

@@ -74,7 +74,7 @@ class SentenceReader {
 };
 
 /// Words or sentences of an input that cannot be said, which a stream goes on without.
-class LeftOut {
+class UnsaidWords {
  public:
   /// Tells of one, unless `quiet`. `place`: its line.
   void add(const std::string& file, std::size_t line, const InputError& why, bool quiet);

@@ -144,14 +144,14 @@ std::optional<std::string> SentenceReader::next() {
   }
 }
 
-void LeftOut::add(const std::string& file, std::size_t line, const InputError& why, bool quiet) {
+void UnsaidWords::add(const std::string& file, std::size_t line, const InputError& why, bool quiet) {
   const InputError told(file, std::to_string(line), why.what());
   printNotice(std::string("warning: ") + told.what() + "; it is left out", quiet);
   if (!first_) first_ = told;
   ++count_;
 }
 
-void LeftOut::expectAnySaid() const {
+void UnsaidWords::expectAnySaid() const {
   if (first_ && !is_any_said_) throw InputError(*first_);
 }
 

@@ -82,16 +82,16 @@ void WordsBesideSound::readWords() {
     try {
       const std::scoped_lock lock(pushing_);
       stream_.push(fields[2], span);
-      left_out_.said();
+      unsaid_.said();
       if (!has_sound) ++without_sound_;
     } catch (const InputError& error) {
       if (!isTime(span)) throw InputError(file_, place, error.what());
-      left_out_.add(file_, lines.lineNumber(), error, quiet_);
+      unsaid_.add(file_, lines.lineNumber(), error, quiet_);
     }
     while (!is_over_ && stream_.saidUntil() > shownUntil() + kAhead + options_.look_ahead) waitAWhile();
     is_saying_ = false;
   }
-  left_out_.expectAnySaid();
+  unsaid_.expectAnySaid();
 }
 
 void WordsBesideSound::pushSound(std::span<const float> samples) {

@@ -31,7 +31,7 @@ class WordsBesideSound {
   /// that is none.
   void finish();
   /// Words that cannot be said, after finish().
-  [[nodiscard]] std::size_t leftOut() const { return left_out_.count(); }
+  [[nodiscard]] std::size_t leftOut() const { return unsaid_.count(); }
   /// Words that were said before all their sound had come.
   [[nodiscard]] std::size_t withoutSound() const { return without_sound_; }
 
@@ -48,7 +48,7 @@ class WordsBesideSound {
   const bool in_real_time_;
   const std::atomic<bool>& is_stopped_;
   const bool quiet_;
-  LeftOut left_out_;                   ///< of the reading thread
+  UnsaidWords unsaid_;                 ///< of the reading thread
   std::atomic<bool> is_over_ = false;  ///< nobody asks for more words
   std::atomic<bool> has_all_sound_ = false;
   std::atomic<bool> is_saying_ = false;   ///< a word whose sound has come
