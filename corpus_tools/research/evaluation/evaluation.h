@@ -149,7 +149,7 @@ std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes);
 std::map<std::string, MotionClip> readTruth(const Corpus& corpus, const std::filesystem::path& folder);
 
 struct Interval {
-  double low = 0, high = 0;  ///< NaN where the measure is
+  double low = 0, high = 0;  ///< NaN where the measure is, and of a single take
 };
 
 /// The 95 % bootstrap interval of a measure of a row: 1,000 draws of as many takes as the row has, with replacement and

@@ -58,7 +58,7 @@ constexpr std::array<UnitColumn, 9> kUnitColumns{{
     {"joins_over_corpus_p95", "joins", "over p95", 0, true, &EvaluationRow::joinsOverLimit},
 }};
 
-constexpr int kNameWidth = 24, kWidth = 13, kUnitWidth = 10;
+constexpr int kNameWidth = 24, kWidth = 15, kUnitWidth = 10;
 
 std::string number(double value, int digits, bool is_share) {
   if (!std::isfinite(value)) return "-";
@@ -68,7 +68,7 @@ std::string number(double value, int digits, bool is_share) {
 std::string interval(const Interval& range, int digits, bool is_share) {
   if (!std::isfinite(range.low)) return "";
   const double factor = is_share ? 100 : 1;
-  return fmt::format("{:.{}f}-{:.{}f}", factor * range.low, digits, factor * range.high, digits);
+  return fmt::format("{:.{}f} to {:.{}f}", factor * range.low, digits, factor * range.high, digits);
 }
 
 Interval intervalOf(const EvaluationRow& row, const LipColumn& column) {
@@ -92,10 +92,11 @@ std::string lipTable(const Evaluation& evaluation) {
   std::string text = headsOf(kLipColumns, kWidth);
   for (const EvaluationRow& row : evaluation.rows) {
     std::string values = fmt::format("\n{:<{}}", row.method, kNameWidth),
-                ranges = fmt::format("\n{:<{}}", "", kNameWidth);
+                ranges = row.takes.size() < 2 ? "" : fmt::format("\n{:<{}}", "", kNameWidth);
     for (const LipColumn& column : kLipColumns) {
       values += fmt::format("{:>{}}", number((row.lips.*column.value)(), column.digits, column.is_share), kWidth);
-      ranges += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);
+      if (!ranges.empty())
+        ranges += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);
     }
     text += values + ranges;
   }
@@ -192,6 +193,8 @@ void addTake(const Evaluation& evaluation, std::size_t i, nlohmann::json& page) 
 Interval bootstrapInterval(const EvaluationRow& row, const std::function<double(const LipMeasures&)>& measure) {
   constexpr std::size_t kDraws = 1000, kTail = 25;
   constexpr std::uint64_t kSeed = 1;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (row.takes.size() < 2) return {kNone, kNone};
   std::mt19937_64 random(kSeed);
   std::vector<double> values;
   for (std::size_t draw = 0; draw < kDraws; ++draw) {
@@ -200,7 +203,6 @@ Interval bootstrapInterval(const EvaluationRow& row, const std::function<double(
     const double value = measure(drawn);
     if (std::isfinite(value)) values.push_back(value);
   }
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (values.size() < kDraws / 2) return {kNone, kNone};
   std::sort(values.begin(), values.end());
   const std::size_t tail = kTail * values.size() / kDraws;
@@ -208,11 +210,10 @@ Interval bootstrapInterval(const EvaluationRow& row, const std::function<double(
 }
 
 std::string evaluationTable(const Evaluation& evaluation) {
-  std::string text = fmt::format(
-      "{} takes against {}; lips, a constant offset taken off each take; below each row its 95 % interval over "
-      "takes\n\n"
-      "{}\n\n{}\n",
-      evaluation.takes.size(), evaluation.corpus, lipTable(evaluation), unitTable(evaluation));
+  std::string text = fmt::format("{} take{} against {}; lips, a constant offset taken off each take{}\n\n{}\n\n{}\n",
+                                 evaluation.takes.size(), evaluation.takes.size() == 1 ? "" : "s", evaluation.corpus,
+                                 evaluation.takes.size() == 1 ? "" : "; below each row its 95 % interval over takes",
+                                 lipTable(evaluation), unitTable(evaluation));
   if (!evaluation.rows.empty()) {
     const EvaluationRow& first = evaluation.rows.front();
     text += fmt::format(

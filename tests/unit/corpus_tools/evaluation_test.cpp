@@ -181,7 +181,15 @@ TEST(Evaluation, JsonHoldsNoNaN) {
   EXPECT_EQ(json["rows"].size(), 7U);
   EXPECT_TRUE(json["rows"][0]["closure_recall"].is_null());
   EXPECT_TRUE(json["rows"][0]["lip_rms_mm"].is_number());
-  EXPECT_NE(evaluationTable(evaluation).find("dominance"), std::string::npos);
+  const std::string table = evaluationTable(evaluation);
+  EXPECT_NE(table.find("dominance"), std::string::npos);
+  EXPECT_TRUE(table.starts_with("1 take against")) << table;
+  EXPECT_EQ(table.find("interval"), std::string::npos) << "of a single take there is none";
+  EXPECT_TRUE(json["rows"][0]["intervals"]["lip_rms_mm"][0].is_null());
+  const std::string two = evaluationTable(evaluateCorpus(
+      corpus, {saidTake("anna", {"AA", "N", "IY"}), saidTake("mina", {"M", "IY", "N", "AA"})}, evaluationMethods));
+  EXPECT_TRUE(two.starts_with("2 takes against")) << two;
+  EXPECT_NE(two.find(" to "), std::string::npos) << two;
 }
 
 TEST(Evaluation, KeepsTheCurvesThatAPageDraws) {
