@@ -126,10 +126,12 @@ const checks = {
         await new Promise(requestAnimationFrame);
         seen.push({ wall: (performance.now() - started) / 1000, time: mouthpiece.shownTime, lips: mouthpiece.lipOpening() });
       }
+      const shown = document.getElementById('speed').value;
       mouthpiece.setSpeed(1);
-      return { seen, ended: !mouthpiece.playing };
+      return { shown, seen, ended: !mouthpiece.playing };
     }, speed);
     let samples = await playAt(0.25);
+    assert.equal(samples.shown, '0.25', 'the menu shows the speed');
     // Drawn by a busy processor a picture may take a second: slower then, so that there are enough of them.
     if (samples.seen.length < 12) samples = await playAt(0.1);
     await page.setViewportSize({ width: 1280, height: 860 });

@@ -67,6 +67,7 @@ export class Transport {
     const { playing } = this.clock;
     this.play.classList.toggle('playing', playing);
     this.play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
+    this.speed.value = this.clock.speed;  // a page's script sets it, too
   }
 
   setTime(time) {

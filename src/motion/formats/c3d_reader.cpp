@@ -246,6 +246,7 @@ struct OpenFile {
 };
 
 OpenFile openFile(std::string_view bytes, std::string_view name) {
+  if (bytes.empty()) throw InputError(name, "", "is empty; expected a C3D file");
   ByteReader reader(bytes, name);
   const std::size_t parameter_block = reader.readU8();
   if (const int key = reader.readU8(); key != 0x50) {

@@ -20,8 +20,10 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
   std::vector<std::string_view> columns;
   splitFields(line, ',', columns);
   if (trimmed(columns[0]) != kTimeColumn) {
-    throw InputError(file, "1",
-                     fmt::format("found first column \"{}\"; expected {}", printable(columns[0]), kTimeColumn));
+    throw InputError(
+        file, "1",
+        fmt::format("found first column \"{}\"; expected {}{}", printable(columns[0]), kTimeColumn,
+                    trimmed(columns[0]) == "Timecode" ? " (a Live Link Face take needs --arkit-head)" : ""));
   }
   if (columns.size() < 4 || columns.size() % 3 != 1) {
     throw InputError(file, "1",

@@ -131,7 +131,8 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name, PhoneSet s
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
-    const std::string_view word = takeField(line);
+    std::string_view word = takeField(line);
+    if (word.size() > 1 && word.ends_with(':')) word.remove_suffix(1);  // "Nguyen: W IH N"
     if (word.empty() || word.starts_with('#') || word.starts_with(";;;")) continue;
     Pronunciation pronunciation = parsePhones(line, word, name, std::to_string(number), set, language);
     lexicon.words_[toNfc(withoutVariant(word))].push_back(std::move(pronunciation));

@@ -28,6 +28,7 @@ TEST(Lexicon, ReadsWordsVariantsAndComments) {
   EXPECT_EQ(said(lexicon, "again", 2), "-");
   EXPECT_EQ(lexicon.find("again")[0].stress, (std::vector<int>{0, -1, 1, -1}));
   EXPECT_EQ(said(lexicon, "'bout"), "B AW T");
+  EXPECT_EQ(said(Lexicon::parse("Nguyen: W IH N\n", "l"), "Nguyen"), "W IH N");
 }
 
 TEST(Lexicon, KnowsLettersFromWords) {
