@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <set>
+#include <span>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
@@ -71,6 +72,12 @@ std::vector<std::string> patternsOf(const BatchOptions& options) {
     const fs::path path(pattern);
     if (pattern.find("{id}") == std::string::npos)
       throw InputError("-o", "", fmt::format("found '{}'; expected {{id}} in the name", printable(pattern)));
+    for (std::size_t at = pattern.find('{'); at != std::string::npos; at = pattern.find('{', at + 1)) {
+      const std::string_view place = std::string_view(pattern).substr(at, pattern.find('}', at) - at + 1);
+      if (place != "{id}" && place != "{language}" && place != "{speaker}")
+        throw InputError("-o", "",
+                         fmt::format("found '{}'; expected {{id}}, {{language}} or {{speaker}}", printable(place)));
+    }
     if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
       throw InputError("-o", "", fmt::format("found '{}'; expected a name inside of --out", printable(pattern)));
     formatOf(path);
@@ -151,7 +158,7 @@ class BatchRun {
     list_ = readBatchList(options_.list, options_.languages);
     for (const std::string& notice : list_.notices)
       printNotice(fmt::format("{} {}", options_.list.string(), notice), options_.quiet);
-    for (const RowFault& fault : list_.faults)
+    for (const RowFault& fault : options_.check ? std::span<const RowFault>(list_.faults) : ownFaults())
       printNotice(fmt::format("{}:{}: {}", options_.list.string(), fault.row, fault.what), false);
     lines_ = linesOfShard(list_.lines, shard_);
     for (BatchLine& batch_line : lines_) {
@@ -360,22 +367,25 @@ class BatchRun {
       if (record.method.empty() && record.error.empty()) continue;
       manifest_.lines.push_back(record);
     }
-    if (shard_.index == 1) {
-      for (const RowFault& fault : list_.faults) {
-        LineRecord record;
-        record.key = record.id = fmt::format("row {}", fault.row);
-        record.row = fault.row;
-        record.status = LineRecord::Status::kUnusable;
-        record.error = fault.what;
-        record.others.resize(list_.other_columns.size());
-        manifest_.lines.push_back(std::move(record));
-      }
-      std::stable_sort(manifest_.lines.begin(), manifest_.lines.end(),
-                       [](const LineRecord& a, const LineRecord& b) { return a.row < b.row; });
+    for (const RowFault& fault : ownFaults()) {
+      LineRecord record;
+      record.key = record.id = fmt::format("row {}", fault.row);
+      record.row = fault.row;
+      record.status = LineRecord::Status::kUnusable;
+      record.error = fault.what;
+      record.others.resize(list_.other_columns.size());
+      manifest_.lines.push_back(std::move(record));
     }
+    std::stable_sort(manifest_.lines.begin(), manifest_.lines.end(),
+                     [](const LineRecord& a, const LineRecord& b) { return a.row < b.row; });
     writeManifest(options_.out_folder, stem_, manifest_);
     journal_->clear();
     last_written_ = std::chrono::steady_clock::now();
+  }
+
+  /// The rows that cannot be used are of the first shard: they are counted once.
+  [[nodiscard]] std::span<const RowFault> ownFaults() const {
+    return std::span(list_.faults).first(shard_.index == 1 ? list_.faults.size() : 0);
   }
 
   int tell() const {
@@ -384,13 +394,13 @@ class BatchRun {
           return record.status == LineRecord::Status::kFailed;
         }));
     if (!options_.quiet) {
-      printText(fmt::format("{} of {} lines made in {}", records_.size() - failed,
-                            records_.size() + list_.faults.size(), options_.out_folder.string()));
+      printText(fmt::format("{} of {} lines made in {}", records_.size() - failed, records_.size() + ownFaults().size(),
+                            options_.out_folder.string()));
       if (const std::size_t kept = records_.size() - missing_.size(); kept > 0)
         printText(fmt::format(", {} of them before", kept));
       printText(fmt::format("; worst first in {}\n", (options_.out_folder / (stem_ + ".html")).string()));
     }
-    return failed == 0 && list_.faults.empty() ? kExitDone : kExitBadInput;
+    return failed == 0 && ownFaults().empty() ? kExitDone : kExitBadInput;
   }
 
   const BatchOptions& options_;

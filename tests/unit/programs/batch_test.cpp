@@ -166,6 +166,16 @@ TEST_F(Batch, ShardsMergeToOneManifest) {
     EXPECT_TRUE(readAll(path(std::string("out/") + file)) == readAll(path(std::string("whole/") + file))) << file;
 }
 
+TEST_F(Batch, ARowThatCannotBeUsedIsOneShards) {
+  const std::string list = "id,text\na,now\na,twice\nb,now\n";
+  const ProgramResult first = batch(list, "out", {"--format", "wav", "--shard", "1/2"});
+  EXPECT_EQ(first.exit_code, 1);
+  EXPECT_NE(first.out.find("1 of 2 lines made"), std::string::npos) << first.out;
+  const ProgramResult second = batch(list, "out", {"--format", "wav", "--shard", "2/2"});
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_NE(second.out.find("1 of 1 lines made"), std::string::npos) << second.out;
+}
+
 TEST_F(Batch, SpeakersHaveTheirVoices) {
   const std::string cast = folder_.write("cast.csv", "speaker,voice\nBob,flite:rms\n").string();
   EXPECT_EQ(batch("id,speaker,text\na,Bob,it is ten\nb,Ann,it is ten\nc,Bob,it is ten\n", "out",
