@@ -146,12 +146,11 @@ json controlToJson(const ControlMesh& control) {
           {"rest_slopes", blobOf(control.rest_slopes)}};
 }
 
-/// A face begins with its blobs, which are no longer than a file is, or as older ones do with a map.
 void expectFace(std::string_view bytes, const std::string& file) {
-  const int first = bytes.empty() ? -1 : static_cast<std::uint8_t>(bytes.front());
-  if (bytes.starts_with(std::string_view("[\0", 2)) || (first >= 0xA0 && first < 0xC0)) return;
+  if (beginsAsFace(bytes)) return;
   std::string_view kind = kindOfNoText(bytes);
-  if (kind.empty()) kind = first == '{' ? "JSON, as a head's anchors are" : first < 0 ? "empty" : "no face";
+  if (kind.empty())
+    kind = bytes.starts_with('{') ? "JSON, as a head's anchors are" : bytes.empty() ? "empty" : "no face";
   throw InputError(file, "", fmt::format("is {}; expected what `retarget fit` makes of a head and its anchors", kind));
 }
 
@@ -163,6 +162,11 @@ std::optional<RbfKernel> kernelFromName(std::string_view name) {
   const auto found = std::find(kKernelNames.begin(), kKernelNames.end(), name);
   if (found == kKernelNames.end()) return std::nullopt;
   return static_cast<RbfKernel>(found - kKernelNames.begin());
+}
+
+bool beginsAsFace(std::string_view bytes) {
+  const int first = bytes.empty() ? -1 : static_cast<std::uint8_t>(bytes.front());
+  return bytes.starts_with(std::string_view("[\0", 2)) || (first >= 0xA0 && first < 0xC0);
 }
 
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {

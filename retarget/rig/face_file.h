@@ -46,6 +46,9 @@ struct FaceFile {
   std::vector<std::uint32_t> guard = {};
 };
 
+/// Whether these first bytes of a file are a face's: its blobs, which are no longer than a file is, or, of older ones,
+/// a map.
+bool beginsAsFace(std::string_view bytes);
 /// Reads CBOR that nobody has checked: types, sizes, ranges, finiteness. What needs the mesh (the binding) is checked
 /// by checkBinding. Throws InputError.
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file);

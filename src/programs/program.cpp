@@ -229,14 +229,17 @@ std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char*
 }
 
 /// An empty value is a variable that a script did not set: it is told, not taken for an option that is not given. Of a
-/// text whoever speaks it tells. Throws InputError.
-void refuseEmptyValues(const CLI::App& app) {
+/// text whoever speaks it tells. Throws InputError, and CLI11's error for a negative number where CLI11 takes one for a
+/// large one.
+void refuseOddValues(const CLI::App& app) {
   for (const CLI::Option* option : app.parse_order()) {
     const std::vector<std::string>& values = option->results();
     if (!option->check_name("--text") && std::find(values.begin(), values.end(), "") != values.end())
       throw InputError(option->get_name(), "", "is empty; expected a value, or to be left out");
+    if (option->get_type_name().starts_with("UINT") && values.front().starts_with('-'))
+      throw CLI::ConversionError(option->get_name(), values);
   }
-  for (const CLI::App* command : app.get_subcommands()) refuseEmptyValues(*command);
+  for (const CLI::App* command : app.get_subcommands()) refuseOddValues(*command);
 }
 
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
@@ -245,7 +248,7 @@ int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   app.failure_message(wrongUsage);
   try {
     app.parse(std::move(arguments));
-    refuseEmptyValues(app);
+    refuseOddValues(app);
     finished = false;
     return kExitDone;
   } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 #include "corpus_tools/building/corpus_adapting.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -26,6 +27,7 @@ void addOptions(CLI::App& command, AdaptArguments& options) {
   addCorpusArgument(command, options.corpus);
   command.add_option("--to", options.own, "The small corpus of the person that it shall speak as")->required();
   command.add_option("--out,-o", options.output, "The corpus to write")->required();
+  checkOutputs(command, {{"--out", OutputKind::kCorpus}});
   addJobsOption(command, options.jobs);
 }
 

@@ -9,9 +9,10 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/network/network_doubt.h"
 #include "hearing/network/network_phones.h"
-#include "phonetics/labels/textgrid.h"
+#include "phonetics/labels/label_files.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 #include "speaker/shared_files.h"
 
 namespace mouthpiece {
@@ -73,7 +74,7 @@ int runAlign(const AlignArguments& given) {
       aligner.align(to_hear, audio.duration(), words, given.audio.string(), kind, BorderTimes::kFine, heard);
   if (fault.empty()) fault = judgeByNetwork(*network, pronouncer, to_hear, alignment);
   if (!fault.empty()) printNotice(fault, given.quiet);
-  writeTextGrid(given.output, alignment.labels);
+  writeLabels(given.output, alignment.labels, {.name = given.audio.stem().string()});
   noteDoubtfulWords(alignment, given.quiet);
   if (given.json) {
     printWords(alignment);
@@ -90,7 +91,8 @@ void addOptions(CLI::App& command, AlignArguments& options) {
   text.add_option("--transcript", options.transcript, "The words");
   text.add_option("--transcript-file", options.transcript_file, "A file with the words");
   text.require_option(1);
-  command.add_option("--out,-o", options.output, "The TextGrid to write")->required();
+  command.add_option("--out,-o", options.output, "The labels to write: .TextGrid .lab .phn .ctm .txt")->required();
+  checkOutputs(command, {{"--out", OutputKind::kLabels}});
   command.add_flag("--sung", options.sung, "The words are sung: long vowels and pauses");
   addLexiconOption(command, options.lexicon);
   addLanguageOption(command, options.language);

@@ -1,7 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "base/errors.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 #include "speaker/shared_files.h"
 
 namespace mouthpiece {
@@ -26,12 +30,25 @@ void noteDoubtfulWords(const std::vector<TakeReport>& takes, bool quiet) {
   }
 }
 
+/// Throws InputError where --map names a marker that the layout has not: what goes by it would be left out.
+void expectLayoutMarkers(const BuildOptions& options) {
+  std::vector<std::string> known = options.layout.markerNames();
+  known.insert(known.end(), options.layout.jig_names.begin(), options.layout.jig_names.end());
+  for (const auto& [name, marker] : options.marker_names) {
+    if (std::find(known.begin(), known.end(), marker) == known.end())
+      throw InputError("--map", "",
+                       fmt::format("found {0}={1}; the layout {2} has no marker {1}", printable(name),
+                                   printable(marker), options.layout.name));
+  }
+}
+
 int runBuild(const BuildArguments& given) {
   BuildOptions options;
   options.layout = layoutFrom(given.layout);
   options.language = &languageOf(given.language);
   options.lexicon = lexiconFrom(given.lexicon, *options.language);
   options.marker_names = markerMapFrom(given.renamed, given.layout);
+  expectLayoutMarkers(options);
   options.word_network = sharedWordNetwork();
   options.jobs = given.jobs;
   options.strict = given.strict;
@@ -59,6 +76,7 @@ void addOptions(CLI::App& command, BuildArguments& options) {
                   "NAME.c3d (.trc .csv), NAME.wav (.flac), NAME.txt, NAME.TextGrid (.lab .phn .ctm; without: aligned)")
       ->required();
   command.add_option("--out,-o", options.output, "The corpus to write")->required();
+  checkOutputs(command, {{"--out", OutputKind::kCorpus}});
   addLexiconOption(command, options.lexicon);
   addLanguageOption(command, options.language);
   addLayoutOption(command, options.layout);

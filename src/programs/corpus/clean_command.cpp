@@ -4,6 +4,7 @@
 #include "motion/formats/motion_file.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -33,6 +34,7 @@ int runClean(const CleanArguments& given) {
 void addOptions(CLI::App& command, CleanArguments& options) {
   command.add_option("in", options.input, "Motion to read (c3d csv trc)")->required();
   command.add_option("out", options.output, "Motion to write (c3d csv trc)")->required();
+  checkOutputs(command, {{"out"}});
   addLayoutOption(command, options.layout);
   addCleaningOptions(command, options.cleaning);
 }

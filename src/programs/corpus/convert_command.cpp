@@ -18,6 +18,7 @@
 #include "phonetics/labels/label_files.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 #include "retarget/rig/face_fit.h"
 #include "speaker/shared_files.h"
 #include "units/file/corpus.h"
@@ -193,10 +194,15 @@ SoundPlace placeBeside(const MotionClip& motion, const AudioClip& sound, const C
 
 /// Writes NAME.wav beside the motion NAME.c3d.
 void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
+  const fs::path file = fs::path(given.output).replace_extension(".wav");
+  for (const fs::path& read : {given.sound, given.own_sound}) {
+    if (isSameFile(file, read))
+      throw InputError(file.string(), "",
+                       "would be written over what is read; expected another name for the motion, or for it");
+  }
   const AudioClip sound = readAudio(given.sound, {.most = kLongestSound});
   const SoundPlace place = placeBeside(motion, sound, given);
-  writeWav(fs::path(given.output).replace_extension(".wav"),
-           soundBeside(motion.duration(), sound, place.late, place.drift.value_or(0)));
+  writeWav(file, soundBeside(motion.duration(), sound, place.late, place.drift.value_or(0)));
 }
 
 int runConvert(const ConvertArguments& given) {
@@ -215,6 +221,7 @@ int runConvert(const ConvertArguments& given) {
 void addOptions(CLI::App& command, ConvertArguments& options) {
   command.add_option("in", options.input, "What to read")->required();
   command.add_option("out", options.output, "What to write")->required();
+  checkOutputs(command, {{"out"}});
   command
       .add_option("--fps", options.track.frame_rate_hz,
                   "Of a landmark track or a Live Link Face CSV that does not tell")

@@ -12,6 +12,7 @@
 #include "corpus_tools/research/evaluation/hearing_trials.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 #include "speaker/shared_files.h"
 
 namespace mouthpiece {
@@ -185,6 +186,7 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
   command.add_option("--hint", options.hint, "With --hear: words and phrases that are likely")->needs(hear);
   command.add_option("--rows", options.rows, "Only the rows whose names begin so (guided,EDGE)")->delimiter(',');
   command.add_option("--html", options.html, "Also write a page with the curves of all takes over each other");
+  checkOutputs(command, {{"--html", OutputKind::kPage}});
   command
       .add_option("--truth", options.truth,
                   "Folder of NAME.c3d: compare with this clean motion, not the corpus' takes (corpus sample --truth)")

@@ -11,6 +11,7 @@
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 #include "programs/corpus/prompt_sentences.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -37,8 +38,10 @@ std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const 
 
 /// Of a table made by --pairs, or counted in text.
 PairShares runningShares(const PromptsArguments& given) {
-  if (given.running.extension() == ".csv")
+  if (given.running.extension() == ".csv") {
+    if (!given.pairs.empty()) throw InputError("--pairs", "", "is written of text; --running is such a table already");
     return parsePairShares(readFile(given.running, kMostPromptBytes), given.running.string());
+  }
   const PairShares shares = pairShares(promptsFor(sentencesOf(given.running, false), given));
   if (!given.pairs.empty()) writeFileAtomically(given.pairs, pairSharesToCsv(shares));
   return shares;
@@ -72,6 +75,10 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
 
 int runPrompts(const PromptsArguments& given) {
   if (given.grammar.empty() && given.text.empty()) {
+    for (const auto& [option, file] : {std::pair("--running", &given.running), std::pair("--curve", &given.curve),
+                                       std::pair("--lexicon", &given.lexicon)}) {
+      if (!file->empty()) throw InputError(option, "", "needs --text or --grammar: sentences to choose from");
+    }
     for (const TimeSentence& sentence : chooseTimeSentences(given.count)) printText(sentence.text() + "\n");
     return kExitDone;
   }
@@ -92,11 +99,12 @@ void addOptions(CLI::App& command, PromptsArguments& options) {
   command.add_option("--count", options.count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
   auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
   command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);
-  command.add_option(
+  auto* running = command.add_option(
       "--running", options.running,
       "Running speech, a sentence a line, or a table of --pairs (.csv): a pair counts as often as it is met");
-  command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)");
+  command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)")->needs(running);
   command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
+  checkOutputs(command, {{"--pairs"}, {"--curve"}});
   addLexiconOption(command, options.lexicon);
   addLanguageOption(command, options.language);
 }

@@ -5,6 +5,7 @@
 #include "hearing/alignment/pronouncer.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -26,6 +27,7 @@ int runReport(const ReportArguments& given) {
 void addOptions(CLI::App& command, ReportArguments& options) {
   addCorpusArgument(command, options.corpus);
   command.add_option("--out,-o", options.output, "The page (HTML) to write")->required();
+  checkOutputs(command, {{"--out", OutputKind::kPage}});
   addJsonFlag(command, options.json);
 }
 

@@ -3,6 +3,7 @@
 #include "corpus_tools/sample/sample_corpus.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -10,14 +11,16 @@ namespace {
 struct SampleArguments {
   bool quiet = false;
   std::filesystem::path folder, truth, sentences;
-  SamplePrompts prompts = SamplePrompts::kClock;
+  std::string prompts = "clock";
   SampleOptions sample;
 };
 
 int runSample(const SampleArguments& given) {
   SampleOptions sample = given.sample;
   if (!given.truth.empty()) sample.truth_folder = given.truth;
-  sample.sentences = given.sentences.empty() ? sampleSentences(given.prompts) : readSentences(given.sentences);
+  sample.sentences = given.sentences.empty()
+                         ? sampleSentences(given.prompts == "rich" ? SamplePrompts::kRich : SamplePrompts::kClock)
+                         : readSentences(given.sentences);
   SampleSummary summary;
   {
     CallbackBar bar("performing", given.quiet);
@@ -34,11 +37,13 @@ int runSample(const SampleArguments& given) {
 void addOptions(CLI::App& command, SampleArguments& options) {
   command.add_option("folder", options.folder, "Where the takes go")->required();
   command.add_option("--truth", options.truth, "Folder for the clean motion, head still");
-  auto* prompts = command.add_option("--prompts", options.prompts,
-                                     "clock: the 55 of the paper's time grammar; rich: these and 250 that hold the "
-                                     "phone pairs of running English (default: clock)");
-  prompts->transform(CLI::CheckedTransformer(
-      std::map<std::string, SamplePrompts>{{"clock", SamplePrompts::kClock}, {"rich", SamplePrompts::kRich}}));
+  checkOutputs(command, {{"--truth", OutputKind::kFileOrFolder}});
+  auto* prompts = command
+                      .add_option("--prompts", options.prompts,
+                                  "clock: the 55 of the paper's time grammar; rich: these and 250 that hold the phone "
+                                  "pairs of running English")
+                      ->check(CLI::IsMember({"clock", "rich"}))
+                      ->capture_default_str();
   command.add_option("--sentences", options.sentences, "What to say instead, one sentence a line")->excludes(prompts);
   command.add_option("--seed", options.sample.seed, "Of head motion, noise and gaps")->capture_default_str();
   command.add_option("--voice", options.sample.voice, "Who speaks")->capture_default_str();

@@ -7,6 +7,7 @@
 #include "phonetics/labels/textgrid.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -52,6 +53,7 @@ void addOptions(CLI::App& command, TagArguments& options) {
       ->excludes(phones);
   addLexiconOption(command, options.lexicon);
   command.add_option("-o,--out", options.output, "tags.json to write")->required();
+  checkOutputs(command, {{"--out"}});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "corpus_tools/research/tuning/tuning.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/outputs.h"
 
 namespace mouthpiece {
 namespace {
@@ -48,6 +49,7 @@ int runTune(const TuneArguments& given) {
 void addOptions(CLI::App& command, TuneArguments& options) {
   addCorpusArgument(command, options.corpus);
   command.add_option("--out,-o", options.output, "The corpus to write; default: the same file");
+  checkOutputs(command, {{"--out", OutputKind::kCorpus}});
   command.add_option("--folds", options.folds,
                      "Parts to hold takes out in; half of them search, half judge; default: 6, with --voice 4");
   command.add_flag("--voice", options.voice, "The weights of the corpus voice's cuts, in place of the selection's");

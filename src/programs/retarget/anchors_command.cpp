@@ -18,6 +18,7 @@
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "face_finder/seen_anchors.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/bone_anchors.h"
 #include "retarget/placing/face_page.h"
@@ -112,6 +113,10 @@ void addSeen(const SeenFace& seen, FoundAnchors& found) {
 }
 
 int runAnchors(const AnchorsArguments& given) {
+  const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
+  // Clicked ones may go by this name.
+  if (given.out.empty() && fs::exists(out))
+    throw InputError(out.string(), "", "is there already; -o names the file to write, this one or another");
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
@@ -122,7 +127,6 @@ int runAnchors(const AnchorsArguments& given) {
   const NamedAnchors named{found.anchors, fmt::format("anchors found on {}", given.mesh.string())};
   refuseSeveralHeads(*mesh, bytes, given.mesh, given.object, named);
   const std::string file = anchorsBytes(found.anchors);
-  const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file);
   if (!given.show.empty())
     writeFileAtomically(given.show, facePage(*mesh, given.mesh.stem().string(), found.anchors, {},
@@ -149,6 +153,7 @@ void addOptions(CLI::App& command, AnchorsArguments& options) {
       ->check(CLI::IsMember({"any", "bones", "shapes", "looks"}))
       ->capture_default_str();
   command.add_option("--show", options.show, "Also write a page that shows them on the head (.html)");
+  checkOutputs(command, {{"--out"}, {"--show", OutputKind::kPage}});
   addJsonFlag(command, options.json);
 }
 

@@ -18,6 +18,7 @@
 #include "motion/resample.h"
 #include "mouthpiece/save.h"
 #include "phonetics/labels/label_files.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/lips.h"
@@ -189,6 +190,7 @@ void addOptions(CLI::App& command, ApplyArguments& options) {
   command.add_option("--face", options.face, "Made by `retarget fit`")->required();
   command.add_option("--motion", options.motion, "Marker motion, head still: .c3d .csv .trc")->required();
   command.add_option("-o,--out", options.out, endings())->required();
+  checkOutputs(command, {{"--out"}});
   command.add_flag("--arkit", options.arkit,
                    "Animate the ARKit shapes of the GLB that the face was fitted to, instead of shapes of its own");
   command.add_option("--corpus", options.corpus,

@@ -10,6 +10,7 @@
 #include "deform/mesh/glb_growth.h"
 #include "deform/mesh/lip_cut.h"
 #include "deform/mesh/mesh_files.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_file.h"
 
@@ -80,6 +81,7 @@ void addOptions(CLI::App& command, CutArguments& options) {
       .add_option("-o,--out", options.out,
                   "The mesh to write, with a mouth bag: .obj, or, of a GLB, .glb that keeps all that it has")
       ->required();
+  checkOutputs(command, {{"--out"}});
 }
 
 }  // namespace

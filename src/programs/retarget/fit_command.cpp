@@ -9,6 +9,7 @@
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/glb_growth.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/rig/borrowed_mouth.h"
@@ -151,6 +152,8 @@ void addOptions(CLI::App& command, FitArguments& options) {
                    "Write a face that has faults, too; the exit code is 1 all the same");
   command.add_option("--save-anchors", options.save_anchors,
                      "Also write the anchors with all that was placed, the lips' rims among it (.json)");
+  checkOutputs(command,
+               {{"--out", OutputKind::kFace}, {"--show", OutputKind::kPage}, {"--mouth-parts"}, {"--save-anchors"}});
   command
       .add_option("--kernel", options.kernel,
                   "The warp's kernel; auto: the one with the least error at markers that are left out")

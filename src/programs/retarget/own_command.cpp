@@ -9,6 +9,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "deform/mesh/face_mesh.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/warp/rbf_warp.h"
@@ -89,6 +90,7 @@ void addOptions(CLI::App& command, OwnArguments& options) {
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command.add_option("-o,--out", options.out, "The head to write, .obj; its .anchors.json comes beside it")->required();
+  checkOutputs(command, {{"--out"}});
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "base/files.h"
 #include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 
@@ -39,6 +40,7 @@ void addOptions(CLI::App& command, PickArguments& options) {
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--anchors", options.anchors, "Show these anchors to begin with (JSON)");
   command.add_option("-o,--out", options.out, "The page (default: MESH's name with .pick.html)");
+  checkOutputs(command, {{"--out", OutputKind::kPage}});
 }
 
 }  // namespace

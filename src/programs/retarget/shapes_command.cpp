@@ -20,6 +20,7 @@
 #include "exports/shape_sets/shape_set.h"
 #include "motion/arkit_shapes.h"
 #include "mouthpiece/corpus.h"
+#include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_judge.h"
 #include "speaker/speaker_data.h"
@@ -226,6 +227,8 @@ int runShapes(const ShapesArguments& given) {
   if (!ending.empty() && ending != ".glb" && ending != ".fbx" && ending != ".usda")
     throw InputError(given.out.string(), "", "found an unknown ending; expected .glb .fbx .usda or a folder");
   const SharedFace face(given.face);
+  if (isSameFile(given.out, face.data().meshPath()))
+    throw InputError(given.out.string(), "--out", "is the head that the face was fitted to; expected another name");
   const SharedCorpus corpus(given.corpus);
   const SharedFace::Data& own = face.data();
   const SharedCorpus::Data& by = corpus.data();

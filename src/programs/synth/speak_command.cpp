@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/text_encoding.h"
 #include "phonetics/labels/label_files.h"
+#include "programs/outputs.h"
 #include "programs/synth/commands.h"
 
 namespace mouthpiece {
@@ -90,6 +91,7 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
                  "A single file, repeatable; its kind follows from the ending (besides those of a folder: " +
                      namesOf(false) + ")")
       ->excludes(folder);
+  checkOutputs(app, {{"-o", OutputKind::kFileOrFolder}});  // of a folder needsFace() tells more
   app.add_flag("--page-engine", options.speaker.page_engine,
                "view.html makes its line again by itself after an edit (needs what `make wasm` builds; 6 MB more)");
   app.add_flag("--strict", options.strict, "What makes the line doubtful is an error: nothing is written");
@@ -117,6 +119,9 @@ std::string_view kindOfNoPlainText(std::string_view text) {
 std::string textOf(const std::filesystem::path& file) {
   const bool is_input = file == "-";
   std::ifstream stream(is_input ? "/dev/stdin" : file, std::ios::binary);
+  std::error_code error;
+  if (!is_input && std::filesystem::is_directory(file, error))
+    throw InputError(file.string(), "", "is a folder; expected a text file");
   if (!stream.is_open()) throw InputError(file.string(), "", "cannot be read; expected a text file");
   // No more than what is too much: what comes over standard input may never end.
   std::string text(kMaxTextFileBytes + 1, '\0');
@@ -188,8 +193,19 @@ void keepFreedMemory() {
 #endif
 }
 
+/// Throws InputError for what was meant as -o: a new name with the ending of a file.
+void expectFolderName(const std::filesystem::path& folder) {
+  const auto endsSo = [&](const Format& format) {
+    return std::filesystem::path(format.usual_name).extension() == folder.extension();
+  };
+  std::error_code error;
+  if (std::any_of(formats().begin(), formats().end(), endsSo) && !std::filesystem::exists(folder, error))
+    throw InputError(folder.string(), "--out", "names a file; expected a folder (-o takes a file)");
+}
+
 int runSpeak(const SpeakOptions& options) {
   keepFreedMemory();
+  expectFolderName(options.out_folder);
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   SpeakerOptions wanted = options.speaker;

@@ -107,6 +107,9 @@ PhoneColumns phoneColumnsOf(const Corpus& corpus);
 
 inline constexpr int kCorpusFormatVersion = 7;
 
+/// Whether a file of these first 72 bytes or more is a corpus, of whatever version.
+bool beginsAsCorpus(std::string_view bytes);
+
 enum class CorpusAudio { kLoad, kSkip };
 
 /// kOnDemand: a line needs a few takes of hundreds; what they need is read and checked when they are used. With

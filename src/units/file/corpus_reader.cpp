@@ -24,11 +24,13 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kMaxTakes = 1'000'000;
 
-std::uint32_t bigEndian32(const std::array<unsigned char, 100>& header, std::size_t at) {
+std::uint32_t bigEndian32(std::string_view header, std::size_t at) {
   std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value = value << 8U | header[at + i];
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8U | static_cast<unsigned char>(header[at + i]);
   return value;
 }
+
+bool isDatabase(std::string_view bytes) { return bytes.starts_with(std::string_view("SQLite format 3\0", 16)); }
 
 /// Tells apart, before SQLite sees the file: no file, no database, another database, a newer corpus, a cut one. Returns
 /// the format version.
@@ -41,19 +43,17 @@ std::uint32_t checkHeader(const fs::path& path) {
   const std::uint64_t size = fs::file_size(path, error);
   std::ifstream stream(path, std::ios::binary);
   if (error || !stream) throw InputError(file, "", fmt::format("cannot be read: {}", std::strerror(errno)));
-  std::array<unsigned char, 100> header{};
-  stream.read(reinterpret_cast<char*>(header.data()), header.size());
-  constexpr std::string_view kMagic{"SQLite format 3\0", 16};
-  if (!stream || std::memcmp(header.data(), kMagic.data(), kMagic.size()) != 0) {
-    const std::string_view kind =
-        kindOfNoText({reinterpret_cast<const char*>(header.data()), unsignedIndex(stream.gcount())});
+  std::string header(100, '\0');
+  stream.read(header.data(), std::ssize(header));
+  if (!stream || !isDatabase(header)) {
+    header.resize(unsignedIndex(stream.gcount()));
+    const std::string_view kind = kindOfNoText(header);
     throw InputError(
         file, "",
         fmt::format("is {}; expected a file made by `corpus build`", kind.empty() ? "no corpus database" : kind));
   }
-  if (bigEndian32(header, 68) != kCorpusApplicationId) {
+  if (!beginsAsCorpus(header))
     throw InputError(file, "", "is an SQLite database but no corpus; expected a file made by `corpus build`");
-  }
   const std::uint32_t version = bigEndian32(header, 60);
   if (version > static_cast<std::uint32_t>(kCorpusFormatVersion)) {
     throw InputError(file, "",
@@ -62,7 +62,7 @@ std::uint32_t checkHeader(const fs::path& path) {
   }
   if (version == 0)
     throw InputError(file, "", fmt::format("has corpus format version 0; expected {}", kCorpusFormatVersion));
-  const std::uint64_t page = static_cast<std::uint64_t>(header[16]) << 8U | header[17];
+  const std::uint64_t page = bigEndian32(header, 16) >> 16U;
   const std::uint64_t expected = (page == 1 ? 65536 : page) * bigEndian32(header, 28);
   if (size < expected) throw InputError(file, "", fmt::format("is cut off: {} bytes; expected {}", size, expected));
   return version;
@@ -213,6 +213,10 @@ void checkRows(OpenCorpus& corpus, std::vector<std::string>& problems) {
 }
 
 }  // namespace
+
+bool beginsAsCorpus(std::string_view bytes) {
+  return bytes.size() >= 72 && isDatabase(bytes) && bigEndian32(bytes, 68) == kCorpusApplicationId;
+}
 
 Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) {
   OpenCorpus open = openCorpus(path);

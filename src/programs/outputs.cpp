@@ -1,0 +1,80 @@
+#include "programs/outputs.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+
+#include "base/errors.h"
+#include "phonetics/labels/label_files.h"
+#include "retarget/rig/face_file.h"
+#include "units/file/corpus.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The command's options and arguments, those of its groups among them.
+std::vector<const CLI::Option*> optionsOf(const CLI::App& command) {
+  std::vector<const CLI::Option*> options = command.get_options();
+  for (const CLI::App* group : command.get_subcommands(nullptr)) {
+    if (!group->get_name().empty()) continue;
+    const std::vector<const CLI::Option*> more = group->get_options();
+    options.insert(options.end(), more.begin(), more.end());
+  }
+  return options;
+}
+
+/// What a file holds at its beginning, enough to know a face or a corpus by; nothing where none is.
+std::string beginningOf(const fs::path& file) {
+  std::string bytes(100, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(bytes.data(), std::ssize(bytes));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+void checkOutput(const CLI::App& command, const CLI::Option& option, OutputKind kind, const std::string& file) {
+  const auto refuse = [&](std::string_view what) { throw InputError(file, option.get_name(), what); };
+  for (const CLI::Option* other : optionsOf(command)) {
+    if (other == &option) continue;
+    for (const std::string& theirs : other->results()) {
+      if (isSameFile(file, theirs))
+        refuse(fmt::format("is what {} names, too; expected another name", other->get_name()));
+    }
+  }
+  std::error_code error;
+  if (kind != OutputKind::kFileOrFolder && fs::is_directory(file, error)) refuse("is a folder; expected a file name");
+  if (kind == OutputKind::kPage && fs::path(file).extension() != ".html" && fs::path(file).extension() != ".htm")
+    refuse("is to be a page; expected a name that ends in .html");
+  if (kind == OutputKind::kLabels && !isLabelFileName(file))
+    refuse("has another ending; expected .TextGrid .lab .phn .ctm or .txt");
+  const bool has_kind = kind == OutputKind::kFace || kind == OutputKind::kCorpus;
+  if (const std::string begins = has_kind ? beginningOf(file) : ""; !begins.empty()) {
+    const bool is_face = kind == OutputKind::kFace;
+    if (is_face ? !beginsAsFace(begins) : !beginsAsCorpus(begins))
+      refuse(fmt::format("is there and no {0}; expected a new name, or a {0} to replace", is_face ? "face" : "corpus"));
+  }
+}
+
+}  // namespace
+
+void checkOutputs(CLI::App& command, const std::vector<Output>& outputs) {
+  for (const Output& output : outputs) {
+    CLI::Option* option = command.get_option(output.option);
+    // CLI11 asks when it has read the whole command line.
+    option->check([&command, option, kind = output.kind](const std::string& file) {
+      checkOutput(command, *option, kind, file);
+      return std::string();
+    });
+  }
+}
+
+bool isSameFile(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  const fs::path first = fs::weakly_canonical(fs::absolute(a, error), error);
+  return !error && first == fs::weakly_canonical(fs::absolute(b, error), error) && !error;
+}
+
+}  // namespace mouthpiece
