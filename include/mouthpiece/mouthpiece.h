@@ -62,7 +62,8 @@ MOUTHPIECE_API int mouthpiece_speak(mouthpiece_speaker* speaker, const char* tex
 MOUTHPIECE_API int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_file,
                                                 const char* transcript, mouthpiece_performance** performance,
                                                 char* error, size_t error_size);
-/* A recording that nobody wrote down: what it says is recognised. `hint`: words that are likely in it; null for none. */
+/* A recording that nobody wrote down: what it says is recognised. `hint`: words that are likely in it; null for none.
+ */
 MOUTHPIECE_API int mouthpiece_perform_heard(mouthpiece_speaker* speaker, const char* audio_file, const char* hint,
                                             mouthpiece_performance** performance, char* error, size_t error_size);
 /* The same with words and times that another program told of it: Whisper's JSON, SRT ... (docs/formats/times.md). */

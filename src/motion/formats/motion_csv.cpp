@@ -22,8 +22,9 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
   if (trimmed(columns[0]) != kTimeColumn) {
     throw InputError(
         file, "1",
-        fmt::format("found first column \"{}\"; expected {}{}", printable(columns[0]), kTimeColumn,
-                    trimmed(columns[0]) == "Timecode" ? " (a Live Link Face take needs --arkit-head)" : ""));
+        fmt::format(
+            "found first column \"{}\"; expected {}{}", printable(columns[0]), kTimeColumn,
+            trimmed(columns[0]) == "Timecode" ? " (a Live Link Face take needs a head with ARKit's shapes)" : ""));
   }
   if (columns.size() < 4 || columns.size() % 3 != 1) {
     throw InputError(file, "1",

@@ -135,9 +135,7 @@ const std::vector<Language>& espeakRows() {
   return kAll;
 }
 
-bool isUnusable(std::string_view lower_case_tag) {
-  return lower_case_tag.substr(0, lower_case_tag.find('-')) == "yue";
-}
+bool isUnusable(std::string_view lower_case_tag) { return lower_case_tag.substr(0, lower_case_tag.find('-')) == "yue"; }
 
 const Language* untunedLanguage(std::string_view lower_case_tag) {
   static const std::vector<Language> kAll = [] {

@@ -117,7 +117,8 @@ TEST_F(Outputs, OfAnEmptyOrForeignMotionAreTold) {
   static_cast<void>(folder_.write("none.c3d", ""));
   static_cast<void>(folder_.write("live.csv", "Timecode,BlendShapeCount,EyeBlinkLeft\n0,1,0\n"));
   expectKept("none.c3d", "corpus", {"convert", "none.c3d", "a.csv"}, "is empty");
-  expectKept("live.csv", "corpus", {"convert", "live.csv", "a.c3d"}, "a Live Link Face take needs --arkit-head");
+  expectKept("live.csv", "corpus", {"convert", "live.csv", "a.c3d"},
+             "a Live Link Face take needs a head with ARKit's shapes");
 }
 
 }  // namespace

@@ -389,8 +389,8 @@ TEST_F(Streaming, GoesOnWithoutWhatCannotBeSaid) {
   const std::string words = "0.2 0.6 now\n0.7 0.9 -\n1.0 1.3 then\n";
   for (const auto& [arguments, input, place] : std::vector<std::array<std::string, 3>>{
            {"--labels words --json", words, "stdin:2: "},
-           {"--labels words --json", "0.2 0.6 now\n0.7 0.9 \xCF\x80\n1.0 1.3 then\n", "stdin:2: "},
-           {"--text-file - --voice flite:slt --json", "The first.\n\nThe \xCF\x80 is Greek.\nThe last line.\n",
+           {"--labels words --json", "0.2 0.6 now\n0.7 0.9 \xE4\xBD\xA0\n1.0 1.3 then\n", "stdin:2: "},
+           {"--text-file - --voice flite:slt --json", "The first.\n\nThe \xE4\xBD\xA0 is Chinese.\nThe last line.\n",
             "stdin:3: "}}) {
     const ProgramResult result = run(arguments, input);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -437,7 +437,7 @@ TEST_F(Streaming, BadInputIsOneLine) {
             "is an M4A or MP4 file; expected raw samples"},
            {"", someSound() + "a", "stdin:byte 64001: ends within a sample"},
            {"--stamped", stamped(someSound(), {0, 1}).substr(0, 6000), "stdin:byte 6000: ends within a chunk"},
-           {"--labels words", "0.2 0.6 \xCF\x80\n", "stdin:1: "},
+           {"--labels words", "0.2 0.6 \xE4\xBD\xA0\n", "stdin:1: "},
            {"--strength 2", someSound(), "found strength for a stream; expected none"},
            {"--as livelink --to nowhere", someSound(), "found 'nowhere'; expected HOST:PORT"},
            {"--as livelink --to 127.0.0.1:99999", someSound(), "expected HOST:PORT"},
