@@ -17,7 +17,7 @@ file(GLOB core_sources CONFIGURE_DEPENDS
   src/audio/band_energy.cpp src/expression/*.cpp src/motion/*.cpp src/page_engine/package_options.cpp src/page_engine/package_reader.cpp src/page_engine/packed_mesh.cpp
   src/page_engine/page_engine.cpp src/phonetics/labels/speech_labels.cpp src/synthesis/*.cpp src/units/costs/*.cpp
   src/units/file/corpus.cpp src/units/phones/*.cpp src/units/prediction/*.cpp src/units/selection/*.cpp src/vocal/*.cpp
-  deform/kernel/*.cpp deform/mouth/*.cpp deform/surface/*.cpp retarget/warp/*.cpp)
+  deform/kernel/*.cpp deform/mouth/*.cpp deform/surface/*.cpp deform/topology/*.cpp retarget/warp/*.cpp)
 list(FILTER core_sources EXCLUDE REGEX "/live_motion\\.cpp$")  # hears
 # Faces are triangulated when they are fitted, by predicates that set the rounding mode, which WebAssembly has not.
 list(FILTER core_sources EXCLUDE REGEX "/triangulation\\.cpp$")
@@ -27,7 +27,7 @@ endforeach()
 foreach(name ipa phone)
   list(APPEND core_sources src/phonetics/language/${name}.cpp)
 endforeach()
-foreach(name face_mesh gums head_topology lip_cut lip_line lip_slit mesh_parts mouth_sections polygons skin_layers triangle_tree welding)
+foreach(name face_mesh gums mesh_parts polygons triangle_tree)
   list(APPEND core_sources deform/mesh/${name}.cpp)
 endforeach()
 foreach(name ball_fit eyeballs face_file face_file_mesh face_rig larynx missing_markers stored_mesh)
@@ -66,7 +66,7 @@ if(MOUTHPIECE_UNITY)  # a room's sources at a time: names of two rooms may meet
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder})
   endforeach()
   # Their constants inside functions have names that other files of the room have outside: clang calls that shadowing.
-  set_source_files_properties(deform/mesh/head_topology.cpp deform/mesh/triangle_tree.cpp deform/mesh/welding.cpp
+  set_source_files_properties(deform/topology/head_topology.cpp deform/mesh/triangle_tree.cpp deform/topology/welding.cpp
     PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   set_target_properties(mouthpiece_core PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endif()

@@ -11,12 +11,12 @@
 #include "base/smooth_step.h"
 #include "deform/kernel/patch_kernel.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mouth/jaw.h"
 #include "deform/mouth/lip_guard.h"
 #include "deform/mouth/lip_tuck.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 
 namespace mouthpiece {
 namespace {

@@ -16,9 +16,9 @@
 #include "base/index.h"
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 
 namespace mouthpiece {
 namespace {

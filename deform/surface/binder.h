@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 
 namespace mouthpiece {
 

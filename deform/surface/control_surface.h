@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "deform/mesh/head_topology.h"
 #include "deform/surface/face_motion.h"
+#include "deform/topology/head_topology.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 

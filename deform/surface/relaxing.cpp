@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/surface/binding.h"
+#include "deform/topology/head_topology.h"
 
 namespace mouthpiece {
 namespace {

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "base/index.h"
-#include "deform/mesh/welding.h"
 #include "deform/surface/binding.h"
+#include "deform/topology/welding.h"
 
 namespace mouthpiece {
 namespace {

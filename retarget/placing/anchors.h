@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "deform/mesh/head_topology.h"
+#include "deform/topology/head_topology.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/mirror_plane.h"
+#include "deform/topology/mirror_plane.h"
 
 namespace mouthpiece {
 namespace {

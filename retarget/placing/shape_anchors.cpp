@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "base/errors.h"
-#include "deform/mesh/lip_line.h"
-#include "deform/mesh/lip_slit.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/topology/lip_line.h"
+#include "deform/topology/lip_slit.h"
 #include "retarget/placing/upright_head.h"
 
 namespace mouthpiece {

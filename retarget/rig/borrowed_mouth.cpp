@@ -5,10 +5,10 @@
 #include <limits>
 #include <map>
 
-#include "deform/mesh/head_topology.h"
-#include "deform/mesh/lip_cut.h"
-#include "deform/mesh/skin_layers.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
+#include "deform/topology/lip_cut.h"
+#include "deform/topology/skin_layers.h"
 #include "retarget/placing/anchors.h"
 
 namespace mouthpiece {

@@ -14,8 +14,8 @@
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
-#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
+#include "deform/topology/welding.h"
 #include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {

@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "base/index.h"
-#include "deform/mesh/head_topology.h"
-#include "deform/mesh/welding.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
+#include "deform/topology/welding.h"
 #include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {

@@ -10,9 +10,9 @@
 #include <map>
 
 #include "base/parallel_for.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "deform/mesh/welding.h"
 #include "deform/mouth/lip_tuck.h"
+#include "deform/topology/welding.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_judge.h"
 

@@ -11,7 +11,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/lip_slit.h"
+#include "deform/topology/lip_slit.h"
 
 namespace mouthpiece {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "deform/mesh/mirror_plane.h"
+#include "deform/topology/mirror_plane.h"
 
 namespace mouthpiece {
 

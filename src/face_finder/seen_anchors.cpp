@@ -12,7 +12,7 @@
 
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/mirror_plane.h"
+#include "deform/topology/mirror_plane.h"
 #include "exports/film/face_painter.h"
 #include "face_finder/chin.h"
 #include "tracking/face_tracker.h"

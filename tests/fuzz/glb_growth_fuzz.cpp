@@ -9,8 +9,8 @@
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/glb_growth.h"
-#include "deform/mesh/lip_cut.h"
 #include "deform/mesh/mesh_reader.h"
+#include "deform/topology/lip_cut.h"
 
 namespace {
 

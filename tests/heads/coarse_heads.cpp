@@ -16,7 +16,7 @@
 #include <map>
 #include <queue>
 
-#include "deform/mesh/head_topology.h"
+#include "deform/topology/head_topology.h"
 #include "heads/head_changes.h"
 #include "retarget/placing/anchors.h"
 

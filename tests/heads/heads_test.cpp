@@ -8,9 +8,9 @@
 #include <functional>
 #include <map>
 
-#include "deform/mesh/skin_layers.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/skin_layers.h"
 #include "heads/coarse_heads.h"
 #include "heads/head_changes.h"
 #include "heads/mouth_trial.h"

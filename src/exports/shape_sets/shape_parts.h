@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangles.h"
-#include "deform/mesh/welding.h"
 #include "deform/mouth/jaw.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
+#include "deform/topology/head_topology.h"
+#include "deform/topology/welding.h"
 #include "retarget/rig/face_fit.h"
 
 namespace mouthpiece {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "deform/mesh/lip_line.h"
+#include "deform/topology/lip_line.h"
 #include "programs/program.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/rig/face_fit.h"

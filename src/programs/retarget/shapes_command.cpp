@@ -14,7 +14,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/lip_slit.h"
+#include "deform/topology/lip_slit.h"
 #include "exports/gltf/glb.h"
 #include "exports/scenes/scene_files.h"
 #include "exports/shape_sets/shape_set.h"

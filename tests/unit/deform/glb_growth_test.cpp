@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/glb_growth.h"
-#include "deform/mesh/lip_cut.h"
+#include "deform/topology/lip_cut.h"
 #include "exports/gltf/glb.h"
 #include "support/glb_file.h"
 

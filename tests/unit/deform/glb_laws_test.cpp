@@ -96,14 +96,14 @@ class Maker {
   }
   [[nodiscard]] std::string bytes() {
     root["buffers"] = Json::array({{{"byteLength", binary_.size()}}});
-    std::string json = root.dump(), padded = binary_;
-    json.append((4 - json.size() % 4) % 4, ' ');
+    std::string text = root.dump(), padded = binary_;
+    text.append((4 - text.size() % 4) % 4, ' ');
     padded.append((4 - padded.size() % 4) % 4, '\0');
     const auto word = [](std::size_t value) {
       const auto v = static_cast<std::uint32_t>(value);
       return std::string(reinterpret_cast<const char*>(&v), 4);
     };
-    return "glTF" + word(2) + word(28 + json.size() + padded.size()) + word(json.size()) + "JSON" + json +
+    return "glTF" + word(2) + word(28 + text.size() + padded.size()) + word(text.size()) + "JSON" + text +
            word(padded.size()) + std::string("BIN\0", 4) + padded;
   }
 

@@ -1,5 +1,5 @@
 // Sides of lips, pieces and ways along random sheets with a slit.
-#include "deform/mesh/head_topology.h"
+#include "deform/topology/head_topology.h"
 
 #include <gtest/gtest.h>
 

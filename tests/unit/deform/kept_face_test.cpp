@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "deform/kernel/deformer.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mouth/jaw.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/mouth/lip_tuck.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 #include "tests/unit/deform/kept_numbers.h"
 #include "tests/unit/deform/sample_face.h"
 

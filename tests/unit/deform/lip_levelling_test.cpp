@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/index.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/surface/virtual_points.h"
+#include "deform/topology/head_topology.h"
 #include "sample_face.h"
 #include "tests/unit/deform/kept_numbers.h"
 

@@ -1,5 +1,5 @@
 // The line between the lips, on mouths of every make whose slit is known.
-#include "deform/mesh/lip_line.h"
+#include "deform/topology/lip_line.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <random>
 
 #include "base/errors.h"
-#include "deform/mesh/head_topology.h"
-#include "deform/mesh/lip_cut.h"
+#include "deform/topology/head_topology.h"
+#include "deform/topology/lip_cut.h"
 #include "tests/unit/deform/kept_numbers.h"
 
 namespace mouthpiece {

@@ -18,8 +18,8 @@
 #include "base/index.h"
 #include "deform/mesh/bone_roles.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/lip_slit.h"
 #include "deform/mesh/mesh_reader.h"
+#include "deform/topology/lip_slit.h"
 #include "motion/arkit_shapes.h"
 
 namespace mouthpiece {

@@ -1,5 +1,5 @@
 // Meshes torn apart and sewn again.
-#include "deform/mesh/welding.h"
+#include "deform/topology/welding.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/lip_slit.h"
+#include "deform/topology/lip_slit.h"
 #include "motion/lip_gauge.h"
 
 namespace mouthpiece {

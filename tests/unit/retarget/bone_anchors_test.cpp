@@ -10,7 +10,7 @@
 
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
+#include "deform/topology/head_topology.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/placing/face_page.h"
 #include "skinned_head.h"

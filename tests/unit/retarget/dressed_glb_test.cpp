@@ -11,7 +11,7 @@
 
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/welding.h"
+#include "deform/topology/welding.h"
 #include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_rig.h"

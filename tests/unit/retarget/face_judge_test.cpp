@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "deform/mesh/welding.h"
+#include "deform/topology/welding.h"
 #include "retarget/rig/face_fit.h"
 #include "support/run_program.h"
 #include "test_face.h"

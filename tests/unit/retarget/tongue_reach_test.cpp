@@ -7,8 +7,8 @@
 
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/topology/head_topology.h"
 #include "test_face.h"
 
 namespace mouthpiece {

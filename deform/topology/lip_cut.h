@@ -1,7 +1,7 @@
 #pragma once
 
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/lip_line.h"
+#include "deform/topology/lip_line.h"
 
 namespace mouthpiece {
 

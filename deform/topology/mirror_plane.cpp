@@ -1,4 +1,4 @@
-#include "deform/mesh/mirror_plane.h"
+#include "deform/topology/mirror_plane.h"
 
 #include <Eigen/Eigenvalues>
 

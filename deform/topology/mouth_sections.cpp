@@ -1,4 +1,4 @@
-#include "deform/mesh/mouth_sections.h"
+#include "deform/topology/mouth_sections.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

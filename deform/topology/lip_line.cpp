@@ -1,4 +1,4 @@
-#include "deform/mesh/lip_line.h"
+#include "deform/topology/lip_line.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "deform/mesh/mouth_sections.h"
+#include "deform/topology/mouth_sections.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,4 +1,4 @@
-#include "deform/mesh/welding.h"
+#include "deform/topology/welding.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "deform/mesh/skin_layers.h"
+#include "deform/topology/skin_layers.h"
 
 #include <algorithm>
 #include <functional>

@@ -1,4 +1,4 @@
-#include "deform/mesh/head_topology.h"
+#include "deform/topology/head_topology.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

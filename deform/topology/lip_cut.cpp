@@ -1,4 +1,4 @@
-#include "deform/mesh/lip_cut.h"
+#include "deform/topology/lip_cut.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,8 +11,8 @@
 #include <set>
 
 #include "base/errors.h"
-#include "deform/mesh/skin_layers.h"
-#include "deform/mesh/welding.h"
+#include "deform/topology/skin_layers.h"
+#include "deform/topology/welding.h"
 
 namespace mouthpiece {
 namespace {

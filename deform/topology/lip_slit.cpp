@@ -1,5 +1,5 @@
 // The line between the lips, seen in what opens them.
-#include "deform/mesh/lip_slit.h"
+#include "deform/topology/lip_slit.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "deform/mesh/lip_line.h"
+#include "deform/topology/lip_line.h"
 
 namespace mouthpiece {
 
