@@ -152,4 +152,10 @@ std::string lowerCase(std::string_view text) {
   return lower;
 }
 
+std::string xmlEscaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+  return escaped;
+}
+
 }  // namespace mouthpiece

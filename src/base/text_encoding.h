@@ -25,4 +25,7 @@ void appendUtf8(std::string& out, char32_t code_point);
 /// A to Z become a to z; everything else stays.
 std::string lowerCase(std::string_view text);
 
+/// `text` between the tags of an XML file: &, < and > as entities.
+std::string xmlEscaped(std::string_view text);
+
 }  // namespace mouthpiece

@@ -136,9 +136,9 @@ for track, name in re.findall(r"^tracks/(\d+)/path = NodePath\(\"Face:(\w+)\"\)$
     flat = [float(value) for value in packed.split(",")]  # time, transition, value
     near(between([(flat[i] * rate, flat[i + 2]) for i in range(0, len(flat), 3)]), column(name), 1.2e-3, "Godot " + name)
 maya = text("maya.anim")
-assert "timeUnit " in maya
+assert "\ntimeUnit sec;\n" in maya
 for name, body in re.findall(r"^anim (\w+) \w+ blendShape1 0 0 \d+;\nanimData \{(.*?)^\}", maya, re.M | re.S):
-    keys = [tuple(map(float, line.split()[:2])) for line in body.split("keys {")[1].split("}")[0].strip().splitlines()]
+    keys = [(float(time) * rate, float(value)) for time, value in (line.split()[:2] for line in body.split("keys {")[1].split("}")[0].strip().splitlines())]
     near(between(keys), column(name), 1.2e-3, "Maya " + name)
 assert len(re.findall(r"^anim ", maya, re.M)) == 52
 

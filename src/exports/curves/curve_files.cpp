@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "base/text_numbers.h"
 
 namespace mouthpiece {
@@ -52,44 +53,6 @@ std::vector<Eigen::Index> keysOf(const WeightTracks& tracks, Eigen::Index k) {
 }
 
 std::string quotedYaml(std::string_view text) { return ordered_json(text).dump(); }
-
-/// "00:00:01,500"
-std::string clockOf(Seconds time, char point) {
-  const auto milliseconds = std::llround(time * 1000);
-  return fmt::format("{:02}:{:02}:{:02}{}{:03}", milliseconds / 3'600'000, milliseconds / 60'000 % 60,
-                     milliseconds / 1000 % 60, point, milliseconds % 1000);
-}
-
-struct Subtitle {
-  TimeSpan span;
-  std::string text;
-};
-
-std::vector<Subtitle> subtitlesOf(const SpeechLabels& labels) {
-  constexpr std::size_t kMostSigns = 42;
-  constexpr Seconds kLongest = 6, kPause = 0.7;
-  std::vector<Subtitle> subtitles;
-  for (const LabelledWord& word : labels.words) {
-    if (word.text.empty()) continue;
-    const TimeSpan span = labels.spanOf(word.phones);
-    const bool fits = !subtitles.empty() && subtitles.back().text.size() + 1 + word.text.size() <= kMostSigns &&
-                      span.end - subtitles.back().span.start <= kLongest &&
-                      span.start - subtitles.back().span.end <= kPause;
-    if (fits) {
-      subtitles.back().text += " " + word.text;
-      subtitles.back().span.end = span.end;
-    } else {
-      subtitles.push_back({span, word.text});
-    }
-  }
-  return subtitles;
-}
-
-std::string xmlEscaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return escaped;
-}
 
 }  // namespace
 
@@ -181,18 +144,18 @@ std::string godotAnimation(const WeightTracks& tracks, std::string_view name, st
 }
 
 std::string mayaAnim(const WeightTracks& tracks, std::string_view node) {
-  // Times are in frames of `timeUnit`.
+  // animImportExport knows frames of no rate but those of film and television; seconds hold at all rates.
   std::string text = fmt::format(
-      "animVersion 1.1;\nmayaVersion 2022;\ntimeUnit {}fps;\nlinearUnit cm;\nangularUnit deg;\nstartTime 0;\nendTime "
-      "{};\n",
-      std::lround(tracks.frame_rate_hz), std::max<Eigen::Index>(0, tracks.weights.rows() - 1));
+      "animVersion 1.1;\nmayaVersion 2022;\ntimeUnit sec;\nlinearUnit cm;\nangularUnit deg;\nstartTime 0;\nendTime "
+      "{:.6f};\n",
+      timeOf(tracks, std::max<Eigen::Index>(0, tracks.weights.rows() - 1)));
   for (std::size_t k = 0; k < tracks.names.size(); ++k) {
     fmt::format_to(std::back_inserter(text),
                    "anim {0} {0} {1} 0 0 {2};\nanimData {{\n  input time;\n  output unitless;\n  weighted 0;\n  "
                    "preInfinity constant;\n  postInfinity constant;\n  keys {{\n",
                    tracks.names[k], node, k);
     for (const Eigen::Index t : keysOf(tracks, signedIndex(k)))
-      fmt::format_to(std::back_inserter(text), "    {} {:.6f} linear linear 1 1 0;\n", t,
+      fmt::format_to(std::back_inserter(text), "    {:.6f} {:.6f} linear linear 1 1 0;\n", timeOf(tracks, t),
                      tracks.weights(t, signedIndex(k)));
     text += "  }\n}\n";
   }
@@ -304,23 +267,6 @@ std::string mohoDat(const std::vector<MouthCue>& cues, double frame_rate_hz) {
     last = frame;
   }
   if (!cues.empty()) text += fmt::format("{} rest\n", std::max(frameOf(cues.back().span.end), last + 1));
-  return text;
-}
-
-std::string srtText(const SpeechLabels& labels) {
-  std::string text;
-  int number = 0;
-  for (const Subtitle& subtitle : subtitlesOf(labels))
-    text += fmt::format("{}\n{} --> {}\n{}\n\n", ++number, clockOf(subtitle.span.start, ','),
-                        clockOf(subtitle.span.end, ','), subtitle.text);
-  return text;
-}
-
-std::string vttText(const SpeechLabels& labels) {
-  std::string text = "WEBVTT\n\n";
-  for (const Subtitle& subtitle : subtitlesOf(labels))
-    text += fmt::format("{} --> {}\n{}\n\n", clockOf(subtitle.span.start, '.'), clockOf(subtitle.span.end, '.'),
-                        xmlEscaped(subtitle.text));
   return text;
 }
 

@@ -111,6 +111,39 @@ TEST(Subtitles, AreRead) {
   EXPECT_EQ(vttText(line()), "WEBVTT\n\n00:00:00.200 --> 00:00:01.100\nhi, Pam\n\n");
 }
 
+/// One phone a word, 0.3 s each.
+SpeechLabels wordsOf(const std::vector<std::string>& words) {
+  std::vector<std::pair<Phone, Seconds>> ends;
+  for (std::size_t i = 0; i < words.size(); ++i) ends.emplace_back(Phone::kAA, 0.3 * static_cast<double>(i + 1));
+  SpeechLabels labels = labelsOf(ends);
+  for (std::size_t i = 0; i < words.size(); ++i) labels.words.push_back({words[i], {PhoneIndex(i), PhoneIndex(i)}});
+  return labels;
+}
+
+std::vector<std::string> cuesOf(const SpeechLabels& labels) {
+  std::vector<std::string> cues;
+  std::istringstream text(srtText(labels));
+  for (std::string number, times, cue, blank; std::getline(text, number) && std::getline(text, times);) {
+    std::getline(text, cue);
+    std::getline(text, blank);
+    cues.push_back(cue);
+  }
+  return cues;
+}
+
+TEST(Subtitles, AreEvenAndCountLetters) {
+  // 43 columns: two cues, none of them a word left over.
+  EXPECT_EQ(cuesOf(wordsOf({"almost", "every", "morning", "she", "sells", "sea", "shells", "again"})),
+            (std::vector<std::string>{"almost every morning she", "sells sea shells again"}));
+  // 42 letters of two bytes each are one cue.
+  EXPECT_EQ(cuesOf(wordsOf({"добрые", "старые", "друзья", "сидели", "вечером", "вместе"})).size(), 1U);
+}
+
+TEST(Subtitles, HaveNoBlanksBetweenIdeographs) {
+  EXPECT_EQ(cuesOf(wordsOf({"你", "好", "Bob", "今", "天"})), (std::vector<std::string>{"你好 Bob 今天"}));
+  EXPECT_EQ(cuesOf(wordsOf(std::vector<std::string>(24, "好"))).size(), 2U);  // 48 columns
+}
+
 TEST(Weights, AreJsonAndCsv) {
   const json own = json::parse(weightsJson(ramp()));
   EXPECT_EQ(own["names"], json({"jawOpen", "mouthClose"}));
@@ -170,9 +203,12 @@ TEST(Animations, KeepCornersAlone) {
   // A ramp up and down has three keys, a curve that rests two.
   const std::string maya = mayaAnim(ramp(), "blendShape1");
   EXPECT_NE(maya.find("anim jawOpen jawOpen blendShape1 0 0 0;"), std::string::npos);
-  EXPECT_NE(maya.find("    0 0.000000 linear linear 1 1 0;\n    15 1.000000 linear linear 1 1 0;\n    30 0.000000"),
+  EXPECT_NE(maya.find("    0.000000 0.000000 linear linear 1 1 0;\n    0.500000 1.000000 linear linear 1 1 0;\n    "
+                      "1.000000 0.000000"),
             std::string::npos)
       << maya;
+  EXPECT_NE(maya.find("\ntimeUnit sec;\n"), std::string::npos);  // animImportExport has names of few rates
+  EXPECT_NE(maya.find("\nstartTime 0;\nendTime 1.000000;\n"), std::string::npos);
   const std::string unity = unityAnim(ramp(), "hi");
   EXPECT_TRUE(unity.starts_with("%YAML 1.1\n%TAG !u! tag:unity3d.com,2011:\n--- !u!74 &7400000\nAnimationClip:\n"));
   EXPECT_EQ(countOf(unity, "attribute: blendShape."), 2U);
@@ -194,6 +230,7 @@ TEST(Animations, FollowSlowCurves) {
   for (std::string key; std::getline(lines, key) && key.find(';') != std::string::npos;) {
     double frame = 0, value = 0;
     std::istringstream(key) >> frame >> value;
+    frame = std::round(60 * frame);
     for (double t = last_frame; t < frame; t += 1) {
       const double shown = last + (value - last) * (t - last_frame) / (frame - last_frame);
       worst = std::max(worst, std::abs(shown - static_cast<double>(slow.weights(static_cast<Eigen::Index>(t), 0))));
