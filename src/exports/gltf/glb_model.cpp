@@ -230,6 +230,15 @@ std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, 
     if (known != zeros_by_count_.end()) return known->second;
     const std::size_t accessor = addAccessor(kFloat, GlbType::kVec3, count);
     setBounds(accessor, {}, true);
+    // Nothing at all would do by the specification, and Assimp 5.2 refuses the file: the first is told to be zero.
+    if (!zero_) {
+      const std::array<float, 3> zero{};
+      const std::size_t first = addView(std::string_view("\0\0", 2), kNoTarget);
+      zero_ = {{"count", 1},
+               {"indices", {{"bufferView", first}, {"componentType", kUnsignedShort}}},
+               {"values", {{"bufferView", addView(bytesOf(std::span<const float>(zero)), kNoTarget)}}}};
+    }
+    root["accessors"][accessor]["sparse"] = *zero_;
     return zeros_by_count_[count] = accessor;
   }
   if (is_packed_) return addPackedTarget(indices, values, count, use);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -120,6 +121,7 @@ class GlbModel {
   };
   std::map<std::size_t, SharedView> shared_views_;  ///< by the stride
   std::map<std::size_t, std::size_t> zeros_by_count_;
+  std::optional<nlohmann::json> zero_;                    ///< what accessors without a value in them have as `sparse`
   std::vector<std::size_t> free_accessors_, free_views_;  ///< numbers that nothing names any more, to be used again
   bool has_holes_ = false;                                ///< the chunk holds data that no view shows
 };

@@ -73,8 +73,11 @@ TEST(GlbModel, MostlyZeroVectorsReadBackWhateverIsStored) {
       const GlbFile file(std::move(model).toBytes());
       const std::vector<double> read = file.accessor(accessor);
       EXPECT_EQ(std::vector<float>(read.begin(), read.end()), zeros.dense) << count << " at " << share;
-      expectBounds(file.root["accessors"][accessor], zeros.dense);
-      EXPECT_LE(file.binary.size(), 12 * count + 8) << "sparse only where that is smaller";
+      const auto& told = file.root["accessors"][accessor];
+      EXPECT_TRUE(told.contains("bufferView") || told.contains("sparse")) << "Assimp 5.2 reads no others";
+      expectBounds(told, zeros.dense);
+      EXPECT_LE(file.binary.size(), 12 * count + 24)
+          << "sparse only where that is smaller, beside a zero for those without any";
     }
   }
 }
