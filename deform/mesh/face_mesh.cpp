@@ -119,6 +119,18 @@ std::string objBytes(const FaceMesh& mesh) {
   return text;
 }
 
+std::array<float, 4> meanColor(const FaceMesh& mesh, const MeshPart& part) {
+  if (mesh.vertex_colors.empty() || part.triangle_count == 0) return part.base_color;
+  std::array<float, 4> mean{0, 0, 0, part.base_color[3]};
+  for (const Triangle& t : trianglesOf(mesh, part)) {
+    for (const std::uint32_t v : t) {
+      for (std::size_t k = 0; k < 3; ++k)
+        mean[k] += mesh.vertex_colors[v][k] * part.base_color[k] / asFloat(3 * part.triangle_count);
+    }
+  }
+  return mean;
+}
+
 void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums) {
   for (const auto& [a, b, c] : triangles) {
     // The cross product's length is twice the area: adding it as it is weighs by area.

@@ -50,6 +50,9 @@ struct GrownMesh {
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
+/// Linear RGBA of a part, with its vertices' colours where they have some: what files tell that keep one colour a part.
+std::array<float, 4> meanColor(const FaceMesh& mesh, const MeshPart& part);
+
 /// Reads OBJ, PLY, OFF or GLB (also named VRM) by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make
 /// the parts, whose kind is told by bones, shapes and name (mesh_reader.h). `object`: of a GLB's scene only what hangs
 /// on the node, or shows the mesh, of this name; empty: all. Throws InputError with the line or byte for no faces, NaN

@@ -147,19 +147,6 @@ struct SkinOverBone {
   }
 };
 
-/// The mean colour of a part.
-std::array<float, 4> colorOf(const FaceMesh& mesh, const MeshPart& part) {
-  if (mesh.vertex_colors.empty()) return part.base_color;
-  std::array<float, 4> mean{0, 0, 0, part.base_color[3]};
-  for (const Triangle& t : trianglesOf(mesh, part)) {
-    for (const std::uint32_t v : t) {
-      for (std::size_t k = 0; k < 3; ++k)
-        mean[k] += mesh.vertex_colors[v][k] * part.base_color[k] / asFloat(3 * part.triangle_count);
-    }
-  }
-  return mean;
-}
-
 /// Adds parts of `donor`, whose vertices lie at `places` now.
 void addParts(const FaceMesh& donor, const std::vector<const MeshPart*>& parts, const MarkerPositions& places,
               const SkinOverBone& skin, GrownMesh& grown) {
@@ -171,7 +158,7 @@ void addParts(const FaceMesh& donor, const std::vector<const MeshPart*>& parts, 
     MeshPart& made = mesh.parts.emplace_back(*part);
     made.first_triangle = mesh.triangles.size();
     made.material = -1;
-    if (mesh.vertex_colors.empty()) made.base_color = colorOf(donor, *part);
+    if (mesh.vertex_colors.empty()) made.base_color = meanColor(donor, *part);
     for (Triangle t : trianglesOf(donor, *part)) {
       for (std::uint32_t& v : t) {
         const auto [at, is_new] = numbers.try_emplace(v, old + static_cast<std::uint32_t>(added.size()));

@@ -106,7 +106,7 @@ void FbxNode::appendTo(std::string& file) const {
   file += name_;
   file += properties_;
   for (const FbxNode& inside : children_) inside.appendTo(file);
-  if (!children_.empty() || property_count_ == 0) file.append(kNullRecord, '\0');
+  if (!children_.empty() || property_count_ == 0 || name_ == "AnimationLayer") file.append(kNullRecord, '\0');
   MOUTHPIECE_EXPECT(file.size() < 0xFFFFFFFFU);
   const auto end = static_cast<std::uint32_t>(file.size());
   std::memcpy(file.data() + start, &end, sizeof(end));

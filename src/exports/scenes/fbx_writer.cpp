@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/scenes/fbx_nodes.h"
 #include "exports/scenes/scene_files.h"
+#include "exports/scenes/scene_shape.h"
 
 namespace mouthpiece {
 namespace {
@@ -27,7 +30,11 @@ class FbxScene {
  public:
   FbxScene(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
            std::span<const std::string> shape_names)
-      : mesh_(mesh), shapes_(shapes), name_(name), cm_per_unit_(100 * mesh.metres_per_unit) {
+      : mesh_(mesh),
+        shapes_(shapes),
+        normals_(shapeNormals(mesh.triangles, shapes)),
+        name_(name),
+        cm_per_unit_(100 * mesh.metres_per_unit) {
     for (std::size_t k = 0; k < unsignedIndex(shapes.shapeCount()); ++k)
       shape_names_.push_back(k < shape_names.size() ? shape_names[k] : fmt::format("shape_{:02}", k));
     for (const MeshPart& part : mesh.parts) {
@@ -144,13 +151,14 @@ class FbxScene {
     geometry.child("PolygonVertexIndex", corners);
     geometry.child("GeometryVersion", std::int32_t{124});
     const bool is_textured = !mesh_.texture_coordinates.empty();
+    addLayerElement(geometry, "LayerElementNormal", 101, "", "ByVertice", "Direct")
+        .child("Normals", std::vector<double>(normals_.rest.begin(), normals_.rest.end()));
+    // One smoothing group: no edge is hard.
+    addLayerElement(geometry, "LayerElementSmoothing", 102, "", "ByPolygon", "Direct")
+        .child("Smoothing", std::vector<std::int32_t>(materials.size(), 1));
     if (is_textured) addTextureCoordinates(geometry, corners);
-    FbxNode& layer = geometry.child("LayerElementMaterial", std::int32_t{0});
-    layer.child("Version", std::int32_t{101});
-    layer.child("Name", std::string_view(""));
-    layer.child("MappingInformationType", std::string_view("ByPolygon"));
-    layer.child("ReferenceInformationType", std::string_view("IndexToDirect"));
-    layer.child("Materials", materials);
+    addLayerElement(geometry, "LayerElementMaterial", 101, "", "ByPolygon", "IndexToDirect")
+        .child("Materials", materials);
     FbxNode& layers = geometry.child("Layer", std::int32_t{0});
     layers.child("Version", std::int32_t{100});
     const auto addLayer = [&](std::string_view kind) {
@@ -158,6 +166,8 @@ class FbxScene {
       element.child("Type", kind);
       element.child("TypedIndex", std::int32_t{0});
     };
+    addLayer("LayerElementNormal");
+    addLayer("LayerElementSmoothing");
     addLayer("LayerElementMaterial");
     if (is_textured) addLayer("LayerElementUV");
     FbxNode& model = objects.child("Model");
@@ -168,12 +178,18 @@ class FbxScene {
     model.child("Culling", std::string_view("CullingOff"));
   }
 
+  static FbxNode& addLayerElement(FbxNode& geometry, std::string kind, std::int32_t version, std::string_view name,
+                                  std::string_view mapping, std::string_view reference) {
+    FbxNode& layer = geometry.child(std::move(kind), std::int32_t{0});
+    layer.child("Version", version);
+    layer.child("Name", name);
+    layer.child("MappingInformationType", mapping);
+    layer.child("ReferenceInformationType", reference);
+    return layer;
+  }
+
   void addTextureCoordinates(FbxNode& geometry, const std::vector<std::int32_t>& corners) const {
-    FbxNode& layer = geometry.child("LayerElementUV", std::int32_t{0});
-    layer.child("Version", std::int32_t{101});
-    layer.child("Name", std::string_view("UVMap"));
-    layer.child("MappingInformationType", std::string_view("ByPolygonVertex"));
-    layer.child("ReferenceInformationType", std::string_view("IndexToDirect"));
+    FbxNode& layer = addLayerElement(geometry, "LayerElementUV", 101, "UVMap", "ByPolygonVertex", "IndexToDirect");
     std::vector<double> places;
     for (const auto& [u, v] : mesh_.texture_coordinates) {
       places.push_back(static_cast<double>(u));
@@ -193,28 +209,23 @@ class FbxScene {
       material.child("Version", std::int32_t{102});
       material.child("ShadingModel", std::string_view("phong"));
       FbxNode& colour = material.child("Properties70").property("DiffuseColor", "Color", "", "A");
-      for (std::size_t c = 0; c < 3; ++c) colour.add(static_cast<double>(materials_[m]->base_color[c]));
+      const std::array<float, 4> mean = meanColor(mesh_, *materials_[m]);
+      for (std::size_t c = 0; c < 3; ++c) colour.add(static_cast<double>(mean[c]));
       connections.child("C").add("OO").add(id).add(kModel);
     }
   }
 
   void addShape(FbxNode& objects, std::size_t k) const {
-    const float* row = shapes_.shapes.row(signedIndex(k)).data();
-    const std::vector<std::uint32_t> columns = shapes_.columnVertices();
-    std::vector<std::int32_t> indices;
+    const SceneShape shape = sceneShape(shapes_, normals_, signedIndex(k));
+    const std::vector<std::int32_t> indices(shape.vertices.begin(), shape.vertices.end());
     std::vector<double> moves;
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const float* move = row + 3 * i;
-      if (move[0] == 0 && move[1] == 0 && move[2] == 0) continue;
-      indices.push_back(static_cast<std::int32_t>(columns[i]));
-      for (std::size_t axis = 0; axis < 3; ++axis) moves.push_back(cm_per_unit_ * static_cast<double>(move[axis]));
-    }
+    for (const float move : shape.moves) moves.push_back(cm_per_unit_ * static_cast<double>(move));
     FbxNode& geometry = objects.child("Geometry");
     geometry.add(idOf(k, kShapeGeometry)).add(fbxName(shape_names_[k], "Geometry")).add("Shape");
     geometry.child("Version", std::int32_t{100});
     geometry.child("Indexes", indices);
     geometry.child("Vertices", moves);
-    geometry.child("Normals", std::vector<double>(moves.size(), 0.0));
+    geometry.child("Normals", std::vector<double>(shape.turns.begin(), shape.turns.end()));
     FbxNode& channel = objects.child("Deformer");
     channel.add(idOf(k, kChannel)).add(fbxName(shape_names_[k], "SubDeformer")).add("BlendShapeChannel");
     channel.child("Version", std::int32_t{100});
@@ -256,6 +267,7 @@ class FbxScene {
 
   const FaceMesh& mesh_;
   const PrincipalShapes& shapes_;
+  const ShapeNormals normals_;
   std::string name_;
   double cm_per_unit_;
   std::vector<std::string> shape_names_;

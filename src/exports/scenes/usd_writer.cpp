@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/scenes/scene_files.h"
+#include "exports/scenes/scene_shape.h"
 
 namespace mouthpiece {
 namespace {
@@ -31,22 +33,29 @@ std::string point(const float* values, double scale) {
                      scale * static_cast<double>(values[1]), scale * static_cast<double>(values[2]));
 }
 
-/// A prim of what shape `k` moves.
-std::string blendShape(const PrincipalShapes& shapes, Eigen::Index k, const std::string& name, double metres_per_unit) {
-  const std::vector<std::uint32_t> columns = shapes.columnVertices();
-  std::vector<std::uint32_t> indices;
-  std::vector<std::string> offsets;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const float* move = shapes.shapes.row(k).data() + 3 * i;
-    if (move[0] == 0 && move[1] == 0 && move[2] == 0) continue;
-    indices.push_back(columns[i]);
-    offsets.push_back(point(move, metres_per_unit));
+/// A text between quotes: any name but for control characters.
+std::string usdString(std::string_view text) {
+  std::string marked = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') marked.push_back('\\');
+    marked.push_back(static_cast<unsigned char>(c) < ' ' ? ' ' : c);
+  }
+  return marked + '"';
+}
+
+/// A prim of what shape `k` moves and turns.
+std::string blendShape(const PrincipalShapes& shapes, const ShapeNormals& normals, Eigen::Index k,
+                       const std::string& name, double metres_per_unit) {
+  const SceneShape shape = sceneShape(shapes, normals, k);
+  std::vector<std::string> offsets, turns;
+  for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
+    offsets.push_back(point(&shape.moves[3 * i], metres_per_unit));
+    turns.push_back(point(&shape.turns[3 * i], 1));
   }
   return fmt::format(
       "        def BlendShape \"{}\"\n        {{\n            uniform vector3f[] offsets = {}\n            uniform "
-      "int[] "
-      "pointIndices = {}\n        }}\n",
-      name, listed(offsets), listed(indices));
+      "vector3f[] normalOffsets = {}\n            uniform int[] pointIndices = {}\n        }}\n",
+      name, listed(offsets), listed(turns), listed(shape.vertices));
 }
 
 }  // namespace
@@ -54,16 +63,18 @@ std::string blendShape(const PrincipalShapes& shapes, Eigen::Index k, const std:
 std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
                      std::span<const std::string> shape_names) {
   const std::string head = primName(name);
-  std::vector<std::string> names, quoted, targets;
+  std::vector<std::string> names, tokens, targets;
   for (std::size_t k = 0; k < unsignedIndex(shapes.shapeCount()); ++k) {
     names.push_back(k < shape_names.size() ? primName(shape_names[k]) : fmt::format("shape_{:02}", k));
-    quoted.push_back(fmt::format("\"{}\"", names.back()));
+    tokens.push_back(usdString(names.back()));
     targets.push_back(fmt::format("</{}/Face/{}>", head, names.back()));
   }
-  std::vector<std::string> points;
+  const ShapeNormals made = shapeNormals(mesh.triangles, shapes);
+  std::vector<std::string> points, normals;
   std::vector<std::uint32_t> corners;
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
     points.push_back(point(mesh.vertices.row(v).data(), mesh.metres_per_unit));
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) normals.push_back(point(made.rest.data() + 3 * v, 1));
   for (const Triangle& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
   const std::vector<int> counts(mesh.triangles.size(), 3);
   constexpr std::string_view kIdentity = "( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1) )";
@@ -72,8 +83,9 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
       "#usda 1.0\n(\n    defaultPrim = \"{}\"\n    doc = \"Mouthpiece\"\n    startTimeCode = 0\n    endTimeCode = {}\n "
       "   "
       "timeCodesPerSecond = {}\n    framesPerSecond = {}\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\ndef SkelRoot "
-      "\"{}\" (\n    prepend apiSchemas = [\"SkelBindingAPI\"]\n)\n{{\n",
-      head, std::max<Eigen::Index>(0, shapes.frameCount() - 1), shapes.frame_rate_hz, shapes.frame_rate_hz, head);
+      "\"{}\" (\n    prepend apiSchemas = [\"SkelBindingAPI\"]\n    displayName = {}\n)\n{{\n",
+      head, std::max<Eigen::Index>(0, shapes.frameCount() - 1), shapes.frame_rate_hz, shapes.frame_rate_hz, head,
+      usdString(name));
   usd += fmt::format(
       "    def Skeleton \"Skeleton\" (\n        prepend apiSchemas = [\"SkelBindingAPI\"]\n    )\n    {{\n        "
       "uniform "
@@ -83,7 +95,7 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   usd += fmt::format(
       "    def SkelAnimation \"Speech\"\n    {{\n        uniform token[] blendShapes = {}\n        float[] "
       "blendShapeWeights.timeSamples = {{\n",
-      listed(quoted));
+      listed(tokens));
   for (Eigen::Index frame = 0; frame < shapes.frameCount(); ++frame) {
     const auto row = shapes.weights.row(frame);
     fmt::format_to(std::back_inserter(usd), "            {}: [{:.6g}],\n", frame,
@@ -94,10 +106,11 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
       "\"MaterialBindingAPI\"]\n    )\n    {\n";
   usd += fmt::format(
       "        uniform token subdivisionScheme = \"none\"\n        int[] faceVertexCounts = {}\n        int[] "
-      "faceVertexIndices = {}\n        point3f[] points = {}\n        rel skel:skeleton = </{}/Skeleton>\n        "
+      "faceVertexIndices = {}\n        point3f[] points = {}\n        normal3f[] normals = {} (\n            "
+      "interpolation = \"vertex\"\n        )\n        rel skel:skeleton = </{}/Skeleton>\n        "
       "uniform "
       "token[] skel:blendShapes = {}\n        rel skel:blendShapeTargets = {}\n",
-      listed(counts), listed(corners), listed(points), head, listed(quoted), listed(targets));
+      listed(counts), listed(corners), listed(points), listed(normals), head, listed(tokens), listed(targets));
   if (!mesh.texture_coordinates.empty()) {
     std::vector<std::string> places;
     for (const auto& [u, v] : mesh.texture_coordinates) places.push_back(fmt::format("({:.6g}, {:.6g})", u, 1 - v));
@@ -119,13 +132,14 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
         number++, listed(faces), head);
   }
   for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k)
-    usd.append("\n").append(blendShape(shapes, k, names[unsignedIndex(k)], mesh.metres_per_unit));
+    usd.append("\n").append(blendShape(shapes, made, k, names[unsignedIndex(k)], mesh.metres_per_unit));
   usd += "    }\n\n    def Scope \"Materials\"\n    {\n";
   number = 0;
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
+    const std::array<float, 4> color = meanColor(mesh, part);
     usd += fmt::format(
-        "        def Material \"part_{0}\" (\n            displayName = \"{1}\"\n        )\n        {{\n            "
+        "        def Material \"part_{0}\" (\n            displayName = {1}\n        )\n        {{\n            "
         "token "
         "outputs:surface.connect = </{2}/Materials/part_{0}/surface.outputs:surface>\n\n            def Shader "
         "\"surface\"\n            {{\n                uniform token info:id = \"UsdPreviewSurface\"\n                "
@@ -133,8 +147,7 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
         "inputs:diffuseColor = ({3:.4g}, {4:.4g}, {5:.4g})\n                float inputs:roughness = {6:.4g}\n         "
         "     "
         "  token outputs:surface\n            }}\n        }}\n",
-        number++, primName(part.name), head, part.base_color[0], part.base_color[1], part.base_color[2],
-        part.roughness);
+        number++, usdString(part.name), head, color[0], color[1], color[2], part.roughness);
   }
   return usd + "    }\n}\n";
 }
