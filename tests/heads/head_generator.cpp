@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <span>
 
 #include "base/files.h"
 #include "heads/head_changes.h"
+#include "heads/mouth_trial.h"
 #include "retarget/rig/face_file.h"
 
 namespace mouthpiece::test {
@@ -129,6 +131,36 @@ ClickedHead stylisedHead(const ClickedHead& head, unsigned seed) {
   if (chance.happens(0.2)) addNoise(made, chance, chance.number(0.02, 0.12));
   made.has_polygons = chance.happens(0.3);
   if (made.has_polygons) made.changes += ", polygons";
+  jitter(made, chance);
+  return made;
+}
+
+ClickedHead crossedHead(const ClickedHead& head, unsigned seed, const Corpus& corpus) {
+  constexpr std::array kDepthsMm{0.3, 0.8, 2.0};
+  constexpr double kStepMm = 0.05, kMostMm = 12;
+  Chance chance(seed);
+  ClickedHead shaped = head;
+  shaped.name = fmt::format("{} crossed {}", head.name, seed);
+  shape(shaped, chance);
+  FaceMesh mesh = shaped.mesh;
+  const FaceFile face = fitFace(mesh, shaped.clicks, "clicks", requestFor(shaped, corpus));
+  const LipContactMeter meter(mesh, face.control);
+  const double wanted_mm = kDepthsMm[seed % kDepthsMm.size()];
+  ClickedHead made = shaped;
+  for (double up_mm = 0, depth_mm = 0; depth_mm < wanted_mm && up_mm < kMostMm; up_mm += kStepMm) {
+    made = shaped;
+    openMouth(made, -up_mm);
+    const VertexPositions moved = mesh.vertices + (made.mesh.vertices - shaped.mesh.vertices);
+    depth_mm = shaped.mm_per_unit * meter.measure(moved, kMostMm / shaped.mm_per_unit).overlap;
+    made.changes = fmt::format("{}, lips {:.2f} mm in each other", shaped.changes, depth_mm);
+  }
+  const double meshing = chance.number(0, 1);
+  if (meshing < 0.15 && made.mesh.triangles.size() < 20000)
+    subdivide(made);
+  else if (meshing < 0.35)
+    remesh(made, chance.number(1.5, 4));
+  else if (meshing < 0.6)
+    decimate(made, chance.number(0.1, 0.5));
   jitter(made, chance);
   return made;
 }

@@ -8,6 +8,10 @@
 #include "deform/mesh/face_mesh.h"
 #include "retarget/placing/anchors.h"
 
+namespace mouthpiece {
+struct Corpus;
+}
+
 namespace mouthpiece::test {
 
 /// A head to fit: its mesh and the ten places that a user clicks on it.
@@ -36,5 +40,10 @@ ClickedHead variedHead(const ClickedHead& head, unsigned seed);
 /// A cartoon's head by chance: `stylise`, its mesh coarser, remeshed, noisy or joined to polygons, ten clicks up to 2
 /// mm beside their places. `head` must stand upright and face +Z.
 ClickedHead stylisedHead(const ClickedHead& head, unsigned seed);
+
+/// A head whose lower lip lies in the upper one at rest, by 0.3, 0.8 or 2 mm (in turn, by `seed`) as the lips' own
+/// meter tells: proportions as those of `variedHead`, its mesh finer, coarser or remeshed, ten clicks up to 2 mm beside
+/// their places. `corpus`: whose actor `head` is fitted to, for the meter.
+ClickedHead crossedHead(const ClickedHead& head, unsigned seed, const Corpus& corpus);
 
 }  // namespace mouthpiece::test

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   using namespace mouthpiece;
   CLI::App app("Fit random heads by ten clicks and judge how they speak");
   unsigned first = 1, seeds = 200;
-  bool keep = false, is_coarse = false, is_stylised = false;
+  bool keep = false, is_coarse = false, is_stylised = false, is_crossed = false;
   std::string corpus_file, only, folder = "heads_out", share = MOUTHPIECE_BUILD_SHARE_DIR;
   app.add_option("--seeds", seeds, "How many heads")->capture_default_str();
   app.add_option("--first", first, "The first one's seed")->capture_default_str();
@@ -26,6 +26,9 @@ int main(int argc, char** argv) {
   app.add_flag("--coarse", is_coarse, "Heads of 500, 1,000 and 2,000 faces (coarse_heads.h) in place of all kinds");
   app.add_flag("--stylised", is_stylised, "Cartoons' heads (head_generator.h) in place of people's")
       ->excludes("--coarse");
+  app.add_flag("--crossed", is_crossed, "Heads whose lips lie in each other at rest (head_generator.h)")
+      ->excludes("--coarse")
+      ->excludes("--stylised");
   app.add_flag("--keep", keep, "Keep those of all heads, not of the bad ones alone");
   CLI11_PARSE(app, argc, argv);
   const Corpus corpus = readCorpus(corpus_file.empty() ? share + "/clock.corpus" : corpus_file);
@@ -37,7 +40,9 @@ int main(int argc, char** argv) {
   for (unsigned seed = first; seed < first + seeds; ++seed) {
     const std::optional<test::ClickedHead> made = is_coarse     ? test::coarseHead(heads[seed / 3 % heads.size()], seed)
                                                   : is_stylised ? test::stylisedHead(heads[seed % heads.size()], seed)
-                                                                : test::variedHead(heads[seed % heads.size()], seed);
+                                                  : is_crossed
+                                                      ? test::crossedHead(heads[seed % heads.size()], seed, corpus)
+                                                      : test::variedHead(heads[seed % heads.size()], seed);
     if (!made) {
       fmt::print("{}: no coarse head of it\n", seed);
       ++none;

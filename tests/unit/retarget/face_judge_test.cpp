@@ -5,12 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 #include "deform/topology/welding.h"
 #include "retarget/rig/face_fit.h"
-#include "support/run_program.h"
 #include "test_face.h"
 
 namespace mouthpiece {
@@ -444,32 +442,6 @@ TEST_F(FaceJudgeTest, ASmootherWarpIsTakenWhereTheBestOneFoldsSkin) {
       EXPECT_EQ(taken.kernel, face.warp.kernel);
     }
   }
-}
-
-/// The guide's table is the code's.
-TEST(FaceLimits, StandInTheGuide) {
-  const std::string guide = test::readAll(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/guides/fit_a_face.md");
-  const std::size_t table = guide.find("| judged | limit |");
-  ASSERT_NE(table, std::string::npos);
-  const std::string rows = guide.substr(table, guide.find("\n\n", table) - table);
-  for (const FaceLimit& limit : faceLimits()) {
-    const std::string row = fmt::format("\n| {} | {} {}{}{} |", limit.name, limit.at_least ? "at least" : "at most",
-                                        limit.limit, limit.unit.empty() ? "" : " ", limit.unit);
-    EXPECT_NE(rows.find(row), std::string::npos) << row;
-  }
-  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + static_cast<std::ptrdiff_t>(faceLimits().size()));
-}
-
-/// A click far off the skin folds the warp, not the other way round.
-TEST(FaultsOf, AnAnchorOffTheSkinComesFirst) {
-  FaceCheck check;
-  check.binding.coverage = check.binding.way_between_lips = 1;
-  check.marker_to_surface_max_mm = 26;
-  check.farthest_marker = "NOSE_TIP";
-  check.fold_overs = 3;
-  const std::vector<std::string> faults = faultsOf(check);
-  ASSERT_EQ(faults.size(), 2U);
-  EXPECT_TRUE(faults.front().starts_with("NOSE_TIP lies 26.0 mm off the skin")) << faults.front();
 }
 
 }  // namespace
