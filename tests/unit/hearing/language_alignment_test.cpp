@@ -4,11 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <map>
 #include <random>
+#include <span>
+#include <sstream>
 #include <string>
 
 #include "base/errors.h"
+#include "base/files.h"
+#include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/pronouncer.h"
 #include "support/made_up_language.h"
@@ -96,6 +102,46 @@ TEST(LanguageDoubt, BelievesWhatIsSaidAndNotAnothersText) {
   EXPECT_EQ(right, 0U) << "of 7";
   EXPECT_GE(other, 6U) << "of 7";
   EXPECT_GE(cut, 3U) << "of 7 that lack their last words";
+}
+
+/// Phones that are said, without the pauses between them.
+std::vector<LabelledPhone> saidIn(const SpeechLabels& labels) {
+  std::vector<LabelledPhone> said = labels.phones;
+  std::erase_if(said, [](const LabelledPhone& phone) { return phone.phone == Phone::kSil; });
+  return said;
+}
+
+/// eSpeak NG tells when it says each phone. The median of two lines a language was 8 to 16 ms when this was written.
+TEST(LanguageTimes, AreThoseOfTheVoiceThatSpeaks) {
+  constexpr Seconds kMost = 0.020;
+  constexpr std::size_t kLinesEach = 2;
+  std::istringstream table(readFile(MOUTHPIECE_SOURCE_DIR "/tests/data/language_lines.tsv"));
+  std::map<std::string, std::vector<std::string>> lines;
+  for (std::string line; std::getline(table, line);) {
+    const std::size_t tab = line.find('\t');
+    if (line.starts_with('#') || tab == std::string::npos) continue;
+    lines[line.substr(0, tab)].push_back(line.substr(tab + 1));
+  }
+  EXPECT_EQ(lines.size(), 11U);
+  for (const auto& [tag, texts] : lines) {
+    const Language& language = languageOf(tag);
+    const Pronouncer pronouncer(nullptr, language);
+    ForcedAligner aligner({}, language);
+    std::vector<Seconds> off;
+    for (const std::string& text : std::span(texts).first(kLinesEach)) {
+      const SpokenLine line = makeVoice("espeak:" + lowerCase(tag))->speak(text);
+      const std::vector<LabelledPhone> said = saidIn(line.labels),
+                                       heard = saidIn(aligner.labelsOf(line.audio, pronouncer.wordsOf(text), tag));
+      if (said.size() != heard.size()) continue;  // English has a dictionary of its own
+      for (std::size_t i = 1; i < said.size(); ++i) {
+        if (said[i].span.start == said[i - 1].span.end)
+          off.push_back(std::abs(heard[i].span.start - said[i].span.start));
+      }
+    }
+    ASSERT_GT(off.size(), 15U) << tag;
+    std::sort(off.begin(), off.end());
+    EXPECT_LT(off[off.size() / 2], kMost) << tag;
+  }
 }
 
 TEST(Alignment, LouderSofterAndLongerSoundsGiveTheSameTimes) {
