@@ -124,11 +124,15 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
            MouthTrial& trial) {
   const FaceMesh& mesh = rig.mesh();
   const double mm = head.mm_per_unit;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside});
   for (const Triangle& t : skin) {
-    for (std::size_t k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+    for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(std::minmax(t[k], t[(k + 1) % 3]));
   }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<float> lengths;
+  for (const auto& [a, b] : edges) lengths.push_back((mesh.vertices.row(a) - mesh.vertices.row(b)).norm());
   const ActorPose actor = actorOf(corpus);
   const auto times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
   const FaceMotion motion = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
@@ -136,9 +140,9 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
   VertexPositions now, before;
   for (std::size_t f = 0; f < motion.frameCount(); ++f) {
     rig.deform(motion.pose(FrameIndex{f}), TonguePose{}, now);
-    for (const auto& [a, b] : edges) {
-      const double grown =
-          double{(now.row(a) - now.row(b)).norm() - (mesh.vertices.row(a) - mesh.vertices.row(b)).norm()};
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const auto [a, b] = edges[i];
+      const double grown = double{(now.row(a) - now.row(b)).norm() - lengths[i]};
       trial.edge_growth_mm = std::max(trial.edge_growth_mm, mm * grown);
     }
     if (f > 0) {

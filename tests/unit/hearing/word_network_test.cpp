@@ -148,33 +148,33 @@ TEST(WordNetwork, TellsHowLikelyTheWordsOfATextAre) {
 TEST(WordNetwork, IsAskedWhereATextIsInDoubt) {
   NEEDS_NETWORK();
   ForcedAligner aligner;
-  const auto doubts = [&](const AudioClip& sound, const char* text, const fs::path& network) {
+  WordNetwork none{fs::path()}, network(kNetwork);
+  const auto doubts = [&](const AudioClip& sound, const char* text, WordNetwork& by) {
     ForcedAlignment alignment = aligner.align(sound, Pronouncer().wordsOf(text), "line");
-    WordNetwork by(network);
     EXPECT_EQ(judgeByNetwork(by, Pronouncer(), SamplesToHear(sound), alignment), "");
     return doubtsAbout(alignment);
   };
   const AudioClip quiet = test::inHiss(saidBy("flite:kal16", "he usually walks the dog before breakfast"), 60);
   const char* changed = "he usually walks the cat before breakfast";
-  EXPECT_EQ(doubts(quiet, changed, {}), "");
-  EXPECT_NE(doubts(quiet, changed, kNetwork).find("cat"), std::string::npos);
+  EXPECT_EQ(doubts(quiet, changed, none), "");
+  EXPECT_NE(doubts(quiet, changed, network).find("cat"), std::string::npos);
   const char* said = "please leave the keys on the kitchen table";
   const AudioClip noisy = test::inHiss(saidBy("flite:kal16", said), 5);
-  EXPECT_NE(doubts(noisy, said, {}), "");
-  EXPECT_EQ(doubts(noisy, said, kNetwork), "");
+  EXPECT_NE(doubts(noisy, said, none), "");
+  EXPECT_EQ(doubts(noisy, said, network), "");
   // What the text lacks is heard, though what it has is likely.
   const char* planks = "the birch canoe slid on the smooth planks";
   const AudioClip hissing = test::inHiss(saidBy("flite:kal16", planks), 10);
-  EXPECT_EQ(doubts(hissing, planks, kNetwork), "");
-  EXPECT_EQ(doubts(hissing, planks + 10, {}), "");
-  EXPECT_NE(doubts(hissing, planks + 10, kNetwork).find("canoe"), std::string::npos);
+  EXPECT_EQ(doubts(hissing, planks, network), "");
+  EXPECT_EQ(doubts(hissing, planks + 10, none), "");
+  EXPECT_NE(doubts(hissing, planks + 10, network).find("canoe"), std::string::npos);
   // Where it hears next to nothing it is unsure of what it hears, which speaks for no text.
   const char* longer = "the quick brown fox jumps over seven lazy elephants in amsterdam";
   for (const double snr_db : {10, 5, 0, -3}) {
     for (const char* voice : {"flite:kal16", "flite:rms"}) {
       const AudioClip sound = test::inHiss(saidBy(voice, said), snr_db);
-      EXPECT_EQ(doubts(sound, said, kNetwork), "") << voice << " at " << snr_db << " dB";
-      EXPECT_NE(doubts(sound, longer, kNetwork), "") << voice << " at " << snr_db << " dB";
+      EXPECT_EQ(doubts(sound, said, network), "") << voice << " at " << snr_db << " dB";
+      EXPECT_NE(doubts(sound, longer, network), "") << voice << " at " << snr_db << " dB";
     }
   }
 }
