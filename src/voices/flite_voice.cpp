@@ -237,7 +237,7 @@ class FliteVoice : public Voice {
     std::srand(1);
     for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
       const Utterance utterance(new_utterance());
-      utt_set_input_text(utterance.get(), sentence.c_str());
+      utt_set_input_text(utterance.get(), withoutLoudWords(sentence).c_str());
       utt_init(utterance.get(), voice_);
       act(sentence, utterance);
     }

@@ -112,6 +112,20 @@ void spellAsWritten(SpeechLabels& labels, std::string_view text) {
 
 }  // namespace
 
+std::string withoutLoudWords(std::string speakable) {
+  const auto isCapital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  for (std::size_t at = 0; at < speakable.size();) {
+    std::size_t end = at;
+    while (end < speakable.size() && (isWordByte(speakable[end]) || speakable[end] == '\'')) ++end;
+    const std::string_view word = std::string_view(speakable).substr(at, end - at);
+    const auto capitals = std::count_if(word.begin(), word.end(), isCapital);
+    const auto other = std::count_if(word.begin(), word.end(), [&](char c) { return isWordByte(c) && !isCapital(c); });
+    if (capitals > 1 && other == 0) speakable.replace(at, end - at, lowerCase(word));
+    at = end + 1;
+  }
+  return speakable;
+}
+
 void SpokenLineBuilder::add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words) {
   const bool is_said =
       std::any_of(phones.begin(), phones.end(), [](const PhoneSegment& p) { return p.phone != Phone::kSil; });

@@ -11,6 +11,10 @@ namespace mouthpiece {
 /// Letters that Flite and eSpeak are given at a time: their memory and time grow with the longest utterance.
 inline constexpr std::size_t kLongestUtterance = 400;
 
+/// `speakable` with its words in nothing but capitals, of two and more, in lower case: English voices take some of them
+/// for abbreviations (HI: Hawaii, AM: in the morning). What is to be spelled stands as single letters.
+std::string withoutLoudWords(std::string speakable);
+
 /// Joins the utterances that a voice made of a line: sound after sound, labels on the common clock. Where sound and
 /// labels of an utterance differ in length, the shorter is filled with silence.
 class SpokenLineBuilder {

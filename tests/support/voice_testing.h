@@ -28,6 +28,19 @@ inline std::string wordsOf(const SpeechLabels& labels) {
   return words;
 }
 
+/// What wordsOf() tells where every written word is said: `text` without the marks around its words.
+inline std::string plainWordsOf(std::string_view text) {
+  std::string words;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_inside = text[i] == '\'' && i > 0 && text[i - 1] != ' ' && i + 1 < text.size() && text[i + 1] != ' ';
+    const bool is_mark = std::string_view(".,;:!?-\"()' ").find(text[i]) != std::string_view::npos && !is_inside;
+    if (!is_mark) words += text[i];
+    if (is_mark && !words.empty() && words.back() != ' ') words += ' ';
+  }
+  while (words.ends_with(' ')) words.pop_back();
+  return words;
+}
+
 /// Mean square of the samples in phones that are (or are not) silence.
 inline double meanPower(const SpokenLine& line, bool in_silence) {
   double sum = 0;

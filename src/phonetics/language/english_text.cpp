@@ -158,7 +158,8 @@ class Reader {
   static bool isLoud(std::string_view text) {
     if (std::any_of(text.begin(), text.end(), [](char c) { return c >= 'a' && c <= 'z'; })) return false;
     std::size_t words = 0;
-    for (const Token& token : tokensOf(text)) words += std::any_of(token.body.begin(), token.body.end(), isLetter);
+    for (const Token& token : tokensOf(text))
+      words += std::any_of(token.body.begin(), token.body.end(), isLetter) && !hasDigit(token.body);
     return words > 1;
   }
 
@@ -194,6 +195,7 @@ class Reader {
   std::string readToken(const Token& token) {
     const std::string_view core = token.core();
     if (core.empty()) return std::string(token.body);
+    if (is_loud_ && core == "US" && lowerCase(previousWord()) != "the") return std::string(token.body);
     const bool is_odd = hasDigit(core) || (core.size() > 1 && areCapitals(core));
     if (is_odd && is_known_ && is_known_(core)) return std::string(token.body);
     using Rule = std::optional<std::string> (Reader::*)(const Token&);
@@ -243,17 +245,31 @@ class Reader {
 
   // Abbreviations.
 
+  /// Whether `token` begins with a title or another abbreviation, in loud text whatever its case.
+  [[nodiscard]] bool begins(const Token& token, std::string_view written) const {
+    if (token.body.starts_with(written)) return true;
+    return is_loud_ && isCapital(written[0]) && token.body.starts_with(capitals(written));
+  }
+
+  /// A name may stand there: in loud text any word that is no common one.
+  [[nodiscard]] bool mayBeName(const Token* token) const {
+    return token != nullptr && token->startsWithCapital() && !(is_loud_ && isLoudWord(token->core()));
+  }
+
   /// Dr. and St., before a name or after one.
   std::optional<std::string> readStreetOrTitle(const Token& token) {
-    const bool is_doctor = token.body.starts_with("Dr"), is_saint = token.body.starts_with("St");
+    const bool is_doctor = begins(token, "Dr"), is_saint = begins(token, "St");
     if (!is_doctor && !is_saint) return std::nullopt;
     const bool has_point = token.body.substr(2).starts_with('.');
     const std::string_view rest = token.body.substr(has_point ? 3 : 2);
     if (!isPunctuation(rest)) return std::nullopt;
     const std::string_view before = previousWord();
+    const bool precedes_name = rest.empty() && mayBeName(next());
+    // 12 MAIN ST. BOSTON, but TELL DR. SMITH: in loud text all words may be names.
+    const bool has_number = hasDigit(before) || (at_ > 1 && hasDigit(tokens_[at_ - 2].body));
     const bool follows_name = !before.empty() && (at_ > 1 || hasDigit(before)) &&
-                              (isCapital(before[0]) || isDigit(before[0])) && !isLoudWord(capitals(before));
-    const bool precedes_name = rest.empty() && next() != nullptr && next()->startsWithCapital();
+                              (isCapital(before[0]) || isDigit(before[0])) && !isLoudWord(capitals(before)) &&
+                              !(is_loud_ && precedes_name && !has_number);
     if (!follows_name && precedes_name) return is_doctor ? "Doctor" : "Saint";
     if (!has_point && !follows_name) return std::nullopt;
     return std::string(is_doctor ? "Drive" : "Street") + endOfSentence(rest);
@@ -272,7 +288,7 @@ class Reader {
       case AbbreviationPlace::kAnywhere:
         return true;
       case AbbreviationPlace::kBeforeName:
-        return rest.empty() && after != nullptr && after->startsWithCapital();
+        return rest.empty() && mayBeName(after);
       case AbbreviationPlace::kBeforeNumber:
         return before_digit;
       case AbbreviationPlace::kNearNumber:
@@ -285,7 +301,7 @@ class Reader {
 
   std::optional<std::string> readAbbreviation(const Token& token) {
     for (const Abbreviation& row : abbreviations()) {
-      if (!token.body.starts_with(row.written)) continue;
+      if (!begins(token, row.written)) continue;
       const std::string_view rest = token.body.substr(row.written.size());
       const bool holds_number = row.place == AbbreviationPlace::kBeforeNumber && !rest.empty() && isDigit(rest[0]);
       if ((!isPunctuation(rest) && !holds_number) || !fits(row.place, rest)) continue;

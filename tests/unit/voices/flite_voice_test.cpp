@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
 #include "support/voice_testing.h"
 
 namespace mouthpiece {
@@ -85,6 +89,21 @@ TEST(FliteVoice, WordsAreSpelledAsTheyAreWritten) {
     const std::size_t last = *line.labels.phones[word.phones.last.value].syllable;
     EXPECT_EQ(last - first, word.text == "mother's" ? 1U : 0U) << word.text;
   }
+}
+
+/// Flite takes AM for "in the morning", which it does not say, and HI for Hawaii.
+TEST(FliteVoice, SaysEveryWordInCapitals) {
+  const auto voice = makeVoice("flite:rms");
+  EXPECT_EQ(wordsOf(voice->speak("I AM HERE").labels), "I AM HERE");
+  EXPECT_EQ(wordsOf(voice->speak("HI DAD").labels), "HI DAD");
+  std::ifstream lines(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/everyday.txt");
+  std::size_t said = 0;
+  for (std::string line; std::getline(lines, line); ++said) {
+    std::transform(line.begin(), line.end(), line.begin(), [](char c) { return c >= 'a' && c <= 'z' ? c - 32 : c; });
+    const SpokenLine loud = voice->speak(line);
+    EXPECT_EQ(wordsOf(loud.labels), plainWordsOf(loud.text)) << line;
+  }
+  EXPECT_GE(said, 50U);
 }
 
 TEST(FliteVoice, SurvivesOddAndLongTexts) {
