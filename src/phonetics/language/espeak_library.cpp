@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <utility>
 
 #include "base/errors.h"
@@ -24,7 +25,8 @@ extern "C" {
 namespace mouthpiece {
 namespace {
 
-constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
+constexpr int kIpaTranscription = 0x02;                    // espeakPHONEMES_IPA
+constexpr int kPhonesParted = static_cast<int>('_') << 8;  // a sign between the phones of a transcription
 
 /// The library speaks one text at a time for the whole program. It loses its list of voices whenever it is unloaded
 /// (eSpeak NG 1.51), and a leak sanitizer cannot tell whose that was: it looks away.
@@ -52,7 +54,7 @@ struct EspeakRecording {
   EspeakSpeech speech;
   std::string text;
   std::vector<std::size_t> places;  ///< of the text's characters
-  std::size_t end_of_word = 0;      ///< where in the text the last word ended
+  std::vector<std::size_t> starts;  ///< where in the text each announced word begins
 };
 
 /// Where each character begins.
@@ -79,15 +81,23 @@ std::string bareWord(std::string_view word) {
   return first < end ? std::string(word.substr(first, end - first)) : std::string(word);
 }
 
-/// A word reaches to the next blank: "42" is announced once for each word that it is read as.
+bool isSaid(std::string_view word) {
+  for (std::size_t at = 0; at < word.size();) {
+    const auto c = decodeUtf8(word, at);
+    if (!c) ++at;
+    if (c && isWordSign(*c)) return true;
+  }
+  return false;
+}
+
+/// "42" is announced once for each word that it is read as: what begins before the next blank is the same word.
 void noteWord(EspeakRecording& recording, const espeak_EVENT& event) {
   const auto character = unsignedIndex(std::max(event.text_position, 1) - 1);
   if (character >= recording.places.size()) return;
-  const std::size_t first = recording.places[character];
-  if (first < recording.end_of_word) return;
-  recording.end_of_word = std::min(recording.text.find(' ', first), recording.text.size());
-  recording.speech.words.push_back(
-      bareWord(std::string_view(recording.text).substr(first, recording.end_of_word - first)));
+  const std::size_t start = recording.places[character];
+  std::vector<std::size_t>& starts = recording.starts;
+  if (starts.empty() || start >= std::min(recording.text.find(' ', starts.back()), recording.text.size()))
+    starts.push_back(start);
 }
 
 void notePhone(EspeakRecording& recording, const espeak_EVENT& event) {
@@ -95,10 +105,10 @@ void notePhone(EspeakRecording& recording, const espeak_EVENT& event) {
   std::string_view symbol(event.id.string, strnlen(event.id.string, sizeof event.id.string));
   // A word of another language is announced by its tag: "(en)".
   if (symbol.starts_with('(')) symbol.remove_prefix(std::min(symbol.find(')') + 1, symbol.size()));
-  if (speech.words.empty()) speech.words.emplace_back();
+  if (recording.starts.empty()) recording.starts.push_back(0);
   speech.events.push_back({.time = asReal(event.sample) / speech.sample_rate_hz,
                            .symbol = std::string(symbol),
-                           .word = speech.words.size() - 1});
+                           .word = recording.starts.size() - 1});
 }
 
 /// eSpeak's callback: samples and the events among them.
@@ -200,6 +210,63 @@ std::vector<std::string> transcriptionsOf(const FreshEspeak& espeak, const std::
   return clauses;
 }
 
+/// How many phones eSpeak transcribes a word alone by, at least one.
+std::size_t phonesAlone(const FreshEspeak& espeak, const std::string& word) {
+  std::size_t phones = 0;
+  for (const void* rest = word.c_str(); rest != nullptr;) {
+    const char* clause = espeak.transcribe(&rest, espeakCHARS_UTF8, kIpaTranscription | kPhonesParted);
+    if (clause == nullptr) break;
+    const std::string_view parted(clause);
+    phones += unsignedIndex(std::count(parted.begin(), parted.end(), '_')) + (parted.empty() ? 0 : 1);
+  }
+  return std::max<std::size_t>(phones, 1);
+}
+
+/// The words of what was announced as one, from a blank to the next: eSpeak's dictionaries say phrases ("of the", "es
+/// ist") as one. One that has too few phones for its words stays one.
+std::vector<std::string> wordsOfPhrase(std::string_view phrase, std::size_t phones) {
+  std::vector<std::string> words;
+  for (std::string_view rest = phrase; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (isSaid(rest.substr(0, end))) words.push_back(bareWord(rest.substr(0, end)));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  if (words.empty() || (words.size() > 1 && words.size() > phones)) return {bareWord(phrase)};
+  return words;
+}
+
+/// The written words of what was announced, each with its share of the phrase's phones by how many it has alone.
+void partIntoWords(const FreshEspeak& espeak, EspeakRecording& recording) {
+  EspeakSpeech& speech = recording.speech;
+  auto event = speech.events.begin();
+  for (std::size_t i = 0; i < recording.starts.size(); ++i) {
+    const std::size_t start = recording.starts[i];
+    const std::size_t end = i + 1 < recording.starts.size() ? recording.starts[i + 1] : recording.text.size();
+    const auto own_end = std::find_if(event, speech.events.end(), [&](const EspeakEvent& e) { return e.word > i; });
+    const auto phones =
+        unsignedIndex(std::count_if(event, own_end, [](const EspeakEvent& e) { return !e.symbol.empty(); }));
+    const std::vector<std::string> words =
+        wordsOfPhrase(std::string_view(recording.text).substr(start, end - start), phones);
+    std::vector<std::size_t> last(words.size(), 1);  // the phones up to each word's last
+    if (words.size() > 1)
+      std::transform(words.begin(), words.end(), last.begin(),
+                     [&](const std::string& word) { return phonesAlone(espeak, word); });
+    std::partial_sum(last.begin(), last.end(), last.begin());
+    const std::size_t all = last.back();
+    for (std::size_t w = 0; w < words.size(); ++w) {
+      const std::size_t before = w == 0 ? 0 : last[w - 1];
+      last[w] = std::clamp((last[w] * phones + all / 2) / all, before + 1, phones + w + 1 - words.size());
+    }
+    std::size_t word = 0, said = 0;
+    for (; event != own_end; ++event) {
+      said += event->symbol.empty() ? 0U : 1U;
+      while (word + 1 < words.size() && said > last[word]) ++word;
+      event->word = speech.words.size() + word;
+    }
+    speech.words.insert(speech.words.end(), words.begin(), words.end());
+  }
+}
+
 /// The words of a text without blanks between its characters (Chinese), or with.
 std::vector<std::string> charactersOf(std::string_view text) {
   std::vector<std::string> characters;
@@ -225,12 +292,13 @@ std::vector<std::string> charactersOf(std::string_view text) {
 EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence, std::string_view written) {
   const EspeakLock lock;
   const std::unique_ptr<const FreshEspeak> espeak = freshEspeakOf(voice);
-  EspeakRecording recording{.speech = {}, .text = sentence, .places = characterPlaces(sentence)};
+  EspeakRecording recording{.speech = {}, .text = sentence, .places = characterPlaces(sentence), .starts = {}};
   recording.speech.sample_rate_hz = espeak->rate_hz;
   const espeak_ERROR error =
       espeak->say(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
   if (error != EE_OK) throw InputError("espeak", "", fmt::format("could not say '{}'", printable(sentence)));
   recording.speech.transcriptions = transcriptionsOf(*espeak, sentence);
+  partIntoWords(*espeak, recording);
   if (!written.empty()) {
     std::vector<std::string> shown = charactersOf(written);
     if (shown.size() == recording.speech.words.size()) recording.speech.words = std::move(shown);

@@ -176,6 +176,28 @@ TEST(EspeakVoice, SignsAreReadInTheLanguage) {
             namesOf(voice->speak("Fünf Euro und fünf Prozent").labels));
 }
 
+/// Its dictionaries say phrases as one, and announce them as one word.
+TEST(EspeakVoice, EveryWrittenWordIsInTheLabels) {
+  for (const auto& [tag, text] :
+       {std::pair("en-us", "I am here with a man at the end of the road, and it was on the table for a while."),
+        std::pair("en-gb", "You should have been there, as of the first of the month."),
+        std::pair("de", "Es ist bei dem Haus, von der ich es weiß, und in der Nacht."),
+        std::pair("fr", "Est-ce que vous avez vu le chat? Il n'y en a pas, il y a un homme de la ville."),
+        std::pair("es", "A la vez hay un gato, por lo que no estoy en el trabajo."),
+        std::pair("it", "Nella casa dell'uomo c'è un cane, per lo più di tanto in tanto."),
+        std::pair("nl", "Het is in het huis van de man, en 's avonds bij het water."),
+        std::pair("pl", "Z tobą nie idę do kina, bo w nocy nie ma autobusu.")}) {
+    const SpokenLine line = makeVoice("espeak:" + std::string(tag))->speak(text);
+    EXPECT_NO_THROW(expectConsistent(line.labels));
+    EXPECT_EQ(plainWordsOf(wordsOf(line.labels)), plainWordsOf(line.text)) << tag;
+  }
+  // A phrase's phones are shared by the lengths that its words have alone.
+  const SpokenLine line = makeVoice("espeak:en-us")->speak("I am sure of the rest");
+  ASSERT_EQ(wordsOf(line.labels), "I am sure of the rest");
+  EXPECT_EQ(line.labels.words[0].phones.last.value - line.labels.words[0].phones.first.value, 0U);
+  EXPECT_EQ(line.labels.words[1].phones.last.value - line.labels.words[1].phones.first.value, 1U);
+}
+
 class EspeakLanguages : public testing::TestWithParam<const char*> {};
 
 /// Every sound is one of IPA, every word stands in the labels, and what the aligner expects is what the voice says.
