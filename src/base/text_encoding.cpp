@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "base/errors.h"
 
@@ -32,6 +33,16 @@ std::string decodeUtf16(std::string_view bytes, bool is_big_endian, std::string_
     appendUtf8(out, code_point);
   }
   return out;
+}
+
+/// What a byte stands for that is no part of UTF-8: by Windows-1252, which has 27 signs where Latin-1 has controls.
+char32_t windowsSign(unsigned char byte) {
+  constexpr std::array<char16_t, 32> kFrom80{0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
+                                             0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0,      0x017D, 0,
+                                             0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
+                                             0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0,      0x017E, 0x0178};
+  const char32_t sign = byte >= 0x80 && byte < 0xA0 ? char32_t{kFrom80[byte - 0x80U]} : 0;
+  return sign != 0 ? sign : byte;
 }
 
 bool isUtf8(std::string_view text) {
@@ -141,7 +152,7 @@ std::string decodeText(std::string_view bytes, std::string_view file) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
   if (isUtf8(bytes)) return std::string(bytes);
   std::string out;
-  for (const char c : bytes) appendUtf8(out, static_cast<unsigned char>(c));
+  for (const char c : bytes) appendUtf8(out, windowsSign(static_cast<unsigned char>(c)));
   return out;
 }
 

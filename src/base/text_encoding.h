@@ -13,7 +13,8 @@ std::string_view kindOfNoText(std::string_view bytes);
 void expectText(std::string_view bytes, std::string_view file, std::string_view expected);
 
 /// Text of a file as UTF-8: UTF-16 when it starts with its byte order mark, UTF-8 when it is that (its mark is taken
-/// off), else Latin-1. Throws InputError for broken UTF-16 and for what is known not to be text.
+/// off), else Windows-1252, which has Latin-1's letters. Throws InputError for broken UTF-16 and for what is known not
+/// to be text.
 std::string decodeText(std::string_view bytes, std::string_view file);
 
 /// The code point that starts at `offset`, which moves behind it; nullopt for broken UTF-8 (overlong and surrogates

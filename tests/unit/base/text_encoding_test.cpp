@@ -143,7 +143,8 @@ TEST(TextEncoding, BothByteOrdersSayTheSame) {
   }
 }
 
-TEST(TextEncoding, WhatIsNoUtf8IsLatin1) {
+TEST(TextEncoding, WhatIsNoUtf8IsWindows1252) {
+  EXPECT_EQ(decodeText("don\x92t \x80 \x81", "f"), "don\u2019t \u20AC \u0081");
   EXPECT_EQ(decodeText("caf\xE9", "f"), "caf\xC3\xA9");
   EXPECT_EQ(decodeText("\xEF\xBB\xBF"
                        "caf\xC3\xA9",
