@@ -99,6 +99,26 @@ const std::shared_ptr<WordNetwork>& LineSounds::network() {
   return word_network_;
 }
 
+std::string LineSounds::judge(const SamplesToHear& to_hear, ForcedAlignment& alignment) {
+  const bool asks_network = options_.hear != SpeakerOptions::Hear::kPhones;
+  return asks_network ? judgeByNetwork(*network(), pronouncer(), to_hear, alignment) : std::string();
+}
+
+std::string LineSounds::doubtsAboutTimes(const AudioClip& audio, const std::string& text, std::string_view name) {
+  const SamplesToHear to_hear(audio);
+  try {
+    ForcedAlignment alignment =
+        aligner().align(to_hear, audio.duration(), pronouncer().wordsOf(text), name, SpeechKind::kSpoken);
+    const std::string failure = judge(to_hear, alignment);
+    SpokenLine told;
+    addNotice(told, doubtsAbout(alignment));
+    addNotice(told, failure);
+    return told.notice;
+  } catch (const InputError&) {  // whoever read the times has said that nobody speaks there
+    return {};
+  }
+}
+
 LineSound LineSounds::alignRecording(const Line& source) {
   LineSound made = recorded(source);
   SpokenLine& line = made.line;
@@ -123,7 +143,7 @@ LineSound LineSounds::alignRecording(const Line& source) {
     giveBackMemory();
   }
   if (asks_network && failure.empty()) {
-    failure = judgeByNetwork(*network(), pronouncer(), to_hear, alignment);
+    failure = judge(to_hear, alignment);
     if (is_long) network()->endWaiting();
   }
   if (is_long) line.audio = readRecording(source.audio);
@@ -164,6 +184,8 @@ LineSound LineSounds::hearRecording(const Line& source) {
   line.labels = std::move(heard.labels);
   line.text = std::move(heard.text);
   for (const std::string& warning : heard.warnings) addNotice(line, warning);
+  if (timed && !line.text.empty() && !source.is_sung)
+    addNotice(line, doubtsAboutTimes(line.audio, line.text, source.audio.string()));
   made.notices = std::move(heard.notices);
   made.confidence = std::move(heard.confidence);
   return made;

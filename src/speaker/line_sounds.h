@@ -18,6 +18,8 @@
 namespace mouthpiece {
 
 class ForcedAligner;
+struct ForcedAlignment;
+class SamplesToHear;
 class Recogniser;
 class WordNetwork;
 struct LabelledSound;
@@ -56,6 +58,10 @@ class LineSounds {
   LineSound speakOrRead(const Line& line);
   /// A song that is written down, sung by a voice or beside a recording of it.
   LineSound songOf(const Line& line);
+  /// Asks the network about what the alignment is not sure of; says what is wrong where it cannot.
+  std::string judge(const SamplesToHear& to_hear, ForcedAlignment& alignment);
+  /// Of words that another program heard in `audio`: what a transcript's would be told.
+  std::string doubtsAboutTimes(const AudioClip& audio, const std::string& text, std::string_view name);
   ForcedAligner& aligner();
   Pronouncer& pronouncer();
   const std::shared_ptr<WordNetwork>& network();

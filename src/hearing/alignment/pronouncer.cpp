@@ -231,6 +231,14 @@ std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) con
   return words;
 }
 
+std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view word, bool is_loud) const {
+  const std::string_view bare = withoutPunctuation(word);
+  const bool is_word = is_loud && bare.size() > 1 && isSpelled(bare) && bare != lowerCase(bare) && knows(bare);
+  std::vector<TranscriptWord> words = wordsOf(is_word ? lowerCase(word) : std::string(word));
+  if (is_word && words.size() == 1) words[0].text = bare;
+  return words;
+}
+
 const Language& Pronouncer::language() const { return state_->language; }
 
 bool Pronouncer::knows(std::string_view word) const {

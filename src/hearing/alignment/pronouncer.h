@@ -30,6 +30,10 @@ class Pronouncer {
   /// does.
   [[nodiscard]] std::vector<TranscriptWord> wordsOf(std::string_view transcript) const;
 
+  /// wordsOf() of a word that comes without its neighbours. `is_loud`: no word beside it has small letters, so that its
+  /// capitals say nothing: it is read as a word where the lexicon or the dictionary has it, and not spelled.
+  [[nodiscard]] std::vector<TranscriptWord> wordsOf(std::string_view word, bool is_loud) const;
+
   [[nodiscard]] const Language& language() const;
 
   /// Whether the lexicon or the language's dictionary has the word, so that nobody guesses; true for what is no word

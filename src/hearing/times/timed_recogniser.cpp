@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
@@ -24,6 +25,8 @@ constexpr std::uint64_t kMostTimesBytes = std::uint64_t{64} << 20U;
 constexpr Seconds kTogether = 0.3, kAround = 0.15;
 constexpr Seconds kLongestTogether = 30;
 constexpr double kUnsure = 0.5;
+/// A shorter gap between two words is no pause: stops are closed as long.
+constexpr Seconds kLeastPause = 0.060;
 
 bool liesInSpeech(const SpeechLabels& labels, std::span<const std::int16_t> samples) {
   const std::vector<SoundStretch> stretches = findSpeech(samples);
@@ -34,6 +37,13 @@ bool liesInSpeech(const SpeechLabels& labels, std::span<const std::int16_t> samp
     in_speech += speechIn(phone.span, stretches);
   }
   return in_speech >= kLeastInSpeech * time;
+}
+
+/// "de", "de-CH" and "german" are German; what a file does not tell may be any.
+bool isOf(const Language& language, std::string_view told) {
+  const std::string name = lowerCase(told), tag = name.substr(0, name.find_first_of("-_"));
+  const std::string_view own = language.tag;
+  return told.empty() || tag == own.substr(0, own.find('-')) || lowerCase(language.name).starts_with(name);
 }
 
 /// A sound, of which parts are aligned. Of one that is long and comes as it is heard nothing else is kept.
@@ -75,6 +85,11 @@ class TimedRecogniser : public Recogniser {
   TimedRecogniser(const std::filesystem::path& file, const Lexicon* lexicon, const Language& language)
       : name_(file.string()),
         times_(parseTimes(readFile(file, kMostTimesBytes), name_, language)),
+        is_loud_(std::ranges::none_of(times_.words,
+                                      [](const TimesFile::Word& word) {
+                                        return std::ranges::any_of(word.text,
+                                                                   [](char c) { return c >= 'a' && c <= 'z'; });
+                                      })),
         language_(language),
         lexicon_(lexicon) {}
 
@@ -86,14 +101,18 @@ class TimedRecogniser : public Recogniser {
   };
   [[nodiscard]] std::vector<Group> groupsWithoutPhones() const;
   void alignGroup(const Group& group, const SoundInParts& sound, HeardSpeech& heard);
+  [[nodiscard]] std::vector<TimeSpan> spansWithoutGaps(const Group& group, const std::vector<std::size_t>& owners,
+                                                       const SpeechLabels& labels, Seconds offset) const;
   void addAligned(const Group& group, const std::vector<std::size_t>& owners, const ForcedAlignment& alignment,
                   Seconds offset);
   void putInOrder();
+  void dropBeyondSound(const SoundInParts& sound, HeardSpeech& heard);
   void warn(const SoundInParts& sound, HeardSpeech& heard) const;
   void addEvenly(const Group& group, const std::vector<std::size_t>& owners, const std::vector<TranscriptWord>& words);
 
   std::string name_;
   TimesFile times_;
+  bool is_loud_;  ///< none of its words has small letters
   const Language& language_;
   const Lexicon* lexicon_;
   std::optional<Pronouncer> pronouncer_;
@@ -123,10 +142,28 @@ std::vector<TimedRecogniser::Group> TimedRecogniser::groupsWithoutPhones() const
   return all;
 }
 
+/// The times of a group's words; two that no pause parts, by the gap between them or by what is heard, meet: where
+/// they are heard to, if that lies in the gap.
+std::vector<TimeSpan> TimedRecogniser::spansWithoutGaps(const Group& group, const std::vector<std::size_t>& owners,
+                                                        const SpeechLabels& labels, Seconds offset) const {
+  std::vector<TimeSpan> spans;
+  for (std::size_t i = group.first; i < group.end; ++i) spans.push_back(times_.words[i].span);
+  for (std::size_t w = 1; w < labels.words.size(); ++w) {
+    if (owners[w] != owners[w - 1] + 1) continue;
+    TimeSpan &before = spans[owners[w - 1]], &after = spans[owners[w]];
+    const PhoneIndex last = labels.words[w - 1].phones.last, first = labels.words[w].phones.first;
+    const bool is_pause = first.value != last.value + 1;
+    if (after.start <= before.end || (is_pause && after.start - before.end >= kLeastPause)) continue;
+    before.end = after.start = std::clamp(labels.phones[last.value].span.end + offset, before.end, after.start);
+  }
+  return spans;
+}
+
 /// The aligner's phones; where a word has times of its own, stretched to them.
 void TimedRecogniser::addAligned(const Group& group, const std::vector<std::size_t>& owners,
                                  const ForcedAlignment& alignment, Seconds offset) {
   const SpeechLabels& labels = alignment.labels;
+  const std::vector<TimeSpan> spans = spansWithoutGaps(group, owners, labels, offset);
   // A word of the file may be read out as several.
   for (std::size_t w = 0; w < labels.words.size();) {
     std::size_t end = w;
@@ -134,9 +171,9 @@ void TimedRecogniser::addAligned(const Group& group, const std::vector<std::size
     const PhoneIndex first = labels.words[w].phones.first, last = labels.words[end - 1].phones.last;
     const TimeSpan found{labels.phones[first.value].span.start + offset, labels.phones[last.value].span.end + offset};
     const TimesFile::Word& given = times_.words[group.first + owners[w]];
-    const double stretch =
-        times_.words_are_lines || found.duration() <= 0 ? 1 : given.span.duration() / found.duration();
-    const Seconds start = times_.words_are_lines ? found.start : given.span.start;
+    const TimeSpan& own = spans[owners[w]];
+    const double stretch = times_.words_are_lines || found.duration() <= 0 ? 1 : own.duration() / found.duration();
+    const Seconds start = times_.words_are_lines ? found.start : own.start;
     for (; w < end; ++w) {
       words_.push_back(labels.words[w].text);
       for (std::size_t i = labels.words[w].phones.first.value; i <= labels.words[w].phones.last.value; ++i) {
@@ -188,7 +225,7 @@ void TimedRecogniser::alignGroup(const Group& group, const SoundInParts& sound, 
   std::vector<std::size_t> owners;  // the file's word that each is part of
   for (std::size_t i = group.first; i < group.end; ++i) {
     try {
-      for (TranscriptWord& word : pronouncer_->wordsOf(times_.words[i].text)) {
+      for (TranscriptWord& word : pronouncer_->wordsOf(times_.words[i].text, is_loud_)) {
         words.push_back(std::move(word));
         owners.push_back(i - group.first);
       }
@@ -237,6 +274,22 @@ void TimedRecogniser::putInOrder() {
   words_ = std::move(words);
 }
 
+/// Recognisers make up words behind a recording's end ("Thanks for watching!"): they are left out where most words are
+/// this sound's.
+void TimedRecogniser::dropBeyondSound(const SoundInParts& sound, HeardSpeech& heard) {
+  const auto is_beyond = [&](const auto& each) { return each.span.start >= sound.duration(); };
+  const auto first = std::ranges::find_if(times_.words, is_beyond);
+  const auto beyond = times_.words.end() - first;
+  if (beyond == 0 || 2 * beyond >= std::ssize(times_.words)) return;
+  std::string text;
+  for (auto word = first; word != times_.words.end(); ++word) text += (text.empty() ? "" : " ") + word->text;
+  heard.warnings.push_back(
+      fmt::format("'{}' begins at {:.2f} s by {}, after the sound, which lasts {:.2f} s: {} left out",
+                  printable(text, 60), first->span.start, name_, sound.duration(), beyond == 1 ? "it is" : "they are"));
+  times_.words.erase(first, times_.words.end());
+  std::erase_if(times_.phones, is_beyond);
+}
+
 /// What is odd about the times and their words.
 void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const {
   if (!liesInSpeech(heard.labels, sound.toHear().all()))
@@ -262,6 +315,9 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
     heard.notices.push_back(fmt::format("{} of {} cut where the next line begins, which {} overlapped",
                                         times_.cut_lines == 1 ? "1 line" : fmt::format("{} lines", times_.cut_lines),
                                         times_.kind, times_.cut_lines == 1 ? "it" : "they"));
+  if (!isOf(language_, times_.language))
+    heard.warnings.push_back(fmt::format("{} tells that its language is {}, and is read as {}: --language tells it",
+                                         times_.kind, printable(times_.language, 20), language_.name));
   std::string doubtful;
   std::size_t count = 0;
   for (const TimesFile::Word& word : times_.words) {
@@ -272,6 +328,8 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
 
 HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
   const SoundInParts sound(std::move(audio));
+  HeardSpeech heard;
+  dropBeyondSound(sound, heard);
   const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
                                 times_.phones.empty() ? 0.0 : times_.phones.back().span.start);
   if (last >= sound.duration()) {
@@ -281,7 +339,6 @@ HeardSpeech TimedRecogniser::hear(AudioClip audio, std::string_view name) {
                     "sound{}",
                     last, name, sound.duration(), 1e-3 * last < sound.duration() && last > 100 ? ", in seconds" : ""));
   }
-  HeardSpeech heard;
   segments_.clear();
   confidence_.clear();
   words_.clear();

@@ -61,6 +61,16 @@ bool isTabbedLine(std::string_view line) {
   return fields.size() == 3 && (line == "start\tend\ttext" || (parseNumber(fields[0]) && parseNumber(fields[1])));
 }
 
+/// "[00:12.00]words", or "[by:somebody]" before such: lyrics. JSON's lists begin otherwise, and so does an .ass file.
+bool isLrc(std::string_view text) {
+  const std::string_view first = firstLine(text);
+  if (!first.starts_with('[') || first.size() < 3) return false;
+  const std::size_t colon = first.find(':');
+  return colon < first.find(']') && std::ranges::all_of(first.substr(1, colon - 1), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z');
+         });
+}
+
 /// Signs that open and close what is not said. Round brackets do at the beginning of a word alone ("word(s)").
 struct NotSaid {
   std::string_view open, close;
@@ -157,7 +167,13 @@ void TimesBuilder::cutAt(Seconds next, TimeSpan& line) {
 }
 
 bool TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
-  std::string said = saidOf(text);
+  // Kaldi's and Watson's marks of what is no word: <unk>, <eps>, %HESITATION.
+  const std::string_view bare = trimmed(text);
+  const bool is_mark =
+      bare.find(' ') == bare.npos && ((bare.starts_with('<') && bare.ends_with('>')) ||
+                                      (bare.starts_with('%') && bare.size() > 1 && bare[1] >= 'A' && bare[1] <= 'Z'));
+  if (is_mark) addNotSaid(bare);
+  std::string said = is_mark ? std::string() : saidOf(text);
   if (said.empty()) return false;
   if (times_.words_are_lines && !times_.words.empty()) cutAt(span.start, times_.words.back().span);
   check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
@@ -190,6 +206,10 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   const std::string_view first = firstLine(text);
   if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");
   if (isTextGrid(bytes)) return parseTimedTextGrid(bytes, name, language);
+  if (isLrc(text)) return parseLrc(text, name);
+  if (first.starts_with("[Script Info]"))
+    throw InputError(name, "1", "is a script of SubStation (ASS); expected SRT, as `ffmpeg -i FILE out.srt` writes it");
+  if (first == "start,end,text") return parseWhisperCsv(text, name);
   if (first.starts_with('{') || first.starts_with('[')) return parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);
   if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);

@@ -23,6 +23,7 @@ struct TimesFile {
   std::vector<PhoneSegment> phones;   ///< rising, without overlaps; may be empty; `word` is an index into words
   bool phones_are_shapes = false;     ///< one phone stands for all that look alike
   std::size_t cut_lines = 0;          ///< they overlapped the next one and end where it begins
+  std::string language;               ///< as it names it: "de", "german"; "" for nothing told
   std::vector<std::string> not_said;  ///< what stood among the words and is none of them: "(laughs)", "JOHN:"
 };
 

@@ -89,6 +89,7 @@ void addWords(TimesBuilder& builder, std::vector<JsonField> all, std::optional<S
 /// openai-whisper, faster-whisper and the API's verbose_json; lines where words have no times.
 TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   TimesBuilder builder(name, "Whisper JSON");
+  builder.setLanguage(root["language"]);
   const auto hasWords = [](const JsonField& object) { return object["words"].exists() && object["words"].size() > 0; };
   if (hasWords(root) || !root["segments"].exists()) {
     addWords(builder, root["words"].list());
@@ -127,14 +128,36 @@ TimesFile parseTransformers(const JsonField& root, std::string_view name) {
   return builder.finish();
 }
 
-/// whisper.cpp: milliseconds.
+/// whisper.cpp: milliseconds. Of pieces (-ml 1) most begin with a blank; one that does not goes on with the last word.
 TimesFile parseWhisperCpp(const JsonField& root, std::string_view name) {
   TimesBuilder builder(name, "whisper.cpp JSON");
-  builder.setLines();
+  if (root["result"].isObject()) builder.setLanguage(root["result"]["language"]);
+  struct Piece {
+    std::string text;
+    TimeSpan span;
+    std::string place;
+  };
+  std::vector<Piece> pieces;
   for (const JsonField& segment : root["transcription"].list()) {
     const JsonField offsets = segment["offsets"];
-    builder.addWord(segment["text"].text(),
-                    {offsets["from"].number() * kMillisecond, offsets["to"].number() * kMillisecond}, segment.path());
+    pieces.push_back({segment["text"].text(),
+                      {offsets["from"].number() * kMillisecond, offsets["to"].number() * kMillisecond},
+                      segment.path()});
+  }
+  std::erase_if(pieces, [](const Piece& piece) { return trimmed(piece.text).empty(); });
+  const auto begins = std::ranges::count_if(pieces, [](const Piece& piece) { return piece.text.starts_with(' '); });
+  const auto has_several = [](const Piece& piece) { return trimmed(piece.text).find(' ') != std::string_view::npos; };
+  const bool are_words =
+      pieces.size() > 1 && 2 * begins > std::ssize(pieces) && std::ranges::none_of(pieces, has_several);
+  if (!are_words) builder.setLines();
+  for (std::size_t i = 0; i < pieces.size();) {
+    Piece word = std::move(pieces[i++]);
+    for (; are_words && i < pieces.size() && !pieces[i].text.starts_with(' ') && !pieces[i].text.starts_with('[');
+         ++i) {
+      word.text += pieces[i].text;
+      word.span.end = std::max(word.span.end, pieces[i].span.end);
+    }
+    builder.addWord(trimmed(word.text), word.span, word.place);
   }
   return builder.finish();
 }
@@ -288,6 +311,10 @@ TimesFile parseTimesJson(std::string_view text, std::string_view name, const Lan
   if (hasAny(root, {"phoneme_alignments", "NBest", "result", "alternatives"}) ||
       (root["type"].exists() && root["time"].exists()))
     return parseEntries(entries, name, language);
+  const bool heard_nothing = (root["text"].exists() && root["text"].isText() && root["text"].text().empty()) ||
+                             (root["RecognitionStatus"].exists() && root["RecognitionStatus"].text() != "Success");
+  if (heard_nothing && !root["words"].exists() && !root["segments"].exists())
+    root.fail("tells that nothing was heard; expected words with their times");
   if (isWrittenSong(root)) root.fail("is a written song; expected words with their times");
   if (root["segments"].exists() || root["words"].exists()) return parseWhisper(root, name);
   root.fail(

@@ -185,6 +185,64 @@ TimesFile parseTabbedLines(std::string_view text, std::string_view name) {
   return builder.finish();
 }
 
+TimesFile parseLrc(std::string_view text, std::string_view name) {
+  constexpr Seconds kAWord = 0.5, kLongestLine = 15;
+  struct Row {
+    Seconds start;
+    std::string text, place;
+  };
+  TimesBuilder builder(name, "LRC");
+  builder.setLines();
+  std::vector<Row> rows;
+  LineReader reader(text);
+  for (std::string_view line; reader.next(line);) {
+    std::vector<Seconds> starts;
+    for (line = trimmed(line); line.starts_with('['); line = trimmed(line)) {
+      const std::size_t close = line.find(']');
+      if (close == line.npos) break;
+      const auto time = clockTime(line.substr(1, close - 1));
+      if (!time && starts.empty() && line.find(':') < close) line = {};  // [by:whisper.cpp]
+      if (!time) break;
+      starts.push_back(*time);
+      line.remove_prefix(close + 1);
+    }
+    for (const Seconds start : starts)
+      rows.push_back({start, plainCue(line, builder), std::to_string(reader.lineNumber())});
+  }
+  std::ranges::stable_sort(rows, {}, &Row::start);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto words = std::ranges::count(rows[i].text, ' ') + 1;
+    const Seconds most = rows[i].start + std::min(kLongestLine, 2 * kAWord * asReal(words));
+    builder.addWord(rows[i].text, {rows[i].start, i + 1 < rows.size() ? std::min(most, rows[i + 1].start) : most},
+                    rows[i].place);
+  }
+  return builder.finish();
+}
+
+/// Milliseconds and a text in quotes under "start,end,text".
+TimesFile parseWhisperCsv(std::string_view text, std::string_view name) {
+  TimesBuilder builder(name, "Whisper CSV");
+  builder.setLines();
+  LineReader reader(text);
+  bool is_header = true;
+  for (std::string_view line; reader.next(line);) {
+    line = trimmed(line);
+    if (line.empty() || std::exchange(is_header, false)) continue;
+    const std::string place = std::to_string(reader.lineNumber());
+    const std::size_t first = line.find(','), second = std::min(line.find(',', first + 1), line.size());
+    if (first == line.npos || second == line.size())
+      throw InputError(name, place, "has less than three fields; expected start, end and text");
+    std::string_view said = trimmed(line.substr(second + 1));
+    const bool is_quoted = said.size() > 1 && said.starts_with('"') && said.ends_with('"');
+    if (is_quoted) said = said.substr(1, said.size() - 2);
+    builder.addWord(trimmed(said),
+                    {kMillisecond * requireSeconds(line.substr(0, first), name, place),
+                     kMillisecond * requireSeconds(line.substr(first + 1, second - first - 1), name, place)},
+                    place);
+  }
+  return builder.finish();
+}
+
 TimesFile parseRhubarbTsv(std::string_view text, std::string_view name) {
   TimesBuilder builder(name, "Rhubarb TSV");
   builder.setShapes();
@@ -257,8 +315,7 @@ TimesFile parseWordCtm(std::string_view text, std::string_view name) {
     const Seconds start = requireSeconds(fields[2], name, place);
     const Seconds duration = requireSeconds(fields[3], name, place);
     const double confidence = fields.size() > 5 ? parseNumber(fields[5]).value_or(1) : 1;
-    if (!isSilenceName(fields[4]) && !fields[4].starts_with('<'))
-      builder.addWord(fields[4], {start, start + duration}, place, confidence);
+    if (!isSilenceName(fields[4])) builder.addWord(fields[4], {start, start + duration}, place, confidence);
   }
   return builder.finish();
 }

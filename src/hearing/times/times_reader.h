@@ -26,6 +26,10 @@ class TimesBuilder {
   void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false,
                 std::string ipa = {});
   void addNotSaid(std::string_view text) { times_.not_said.emplace_back(text); }
+  /// `language`: text that tells it, if it is there.
+  void setLanguage(const JsonField& language) {
+    if (language.exists() && language.isText()) times_.language = language.text();
+  }
   void setLines() { times_.words_are_lines = true; }
   void setShapes() { times_.phones_are_shapes = true; }
 
@@ -79,6 +83,9 @@ TimesFile parseTiersCsv(std::string_view text, std::string_view name, const Lang
 std::optional<TimesFile> parsePhoneCtm(std::string_view text, std::string_view name, const Language& language);
 TimesFile parseSubtitles(std::string_view text, std::string_view name);
 TimesFile parseTabbedLines(std::string_view text, std::string_view name);
+/// Lyrics and whisper.cpp's CSV.
+TimesFile parseLrc(std::string_view text, std::string_view name);
+TimesFile parseWhisperCsv(std::string_view text, std::string_view name);
 TimesFile parseRhubarbTsv(std::string_view text, std::string_view name);
 TimesFile parseRhubarbXml(std::string_view text, std::string_view name);
 TimesFile parseWordCtm(std::string_view text, std::string_view name);

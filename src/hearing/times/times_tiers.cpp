@@ -71,7 +71,12 @@ bool lacksPhones(const std::filesystem::path& labels) {
 }
 
 TimesFile parseTimedTextGrid(std::string_view bytes, std::string_view name, const Language& language) {
-  return fromTiers(parseTextGridTiers(bytes, name), "TextGrid", name, language);
+  LabelTiers tiers = parseTextGridTiers(bytes, name);
+  if (tiers.words.empty() && tiers.phones.empty())
+    throw InputError(
+        name, "",
+        fmt::format("has tiers [{}]; expected one named words, or phones", fmt::join(tierNames(bytes, name), ", ")));
+  return fromTiers(std::move(tiers), "TextGrid", name, language);
 }
 
 TimesFile parseTiersJson(const JsonField& tiers, std::string_view name, const Language& language) {

@@ -231,7 +231,17 @@ const Tier* wordsOf(const TextGrid& grid, std::string_view file) {
   return findTier(grid, file, {"words", "word", "ort-mau", "orthography"});
 }
 
+std::vector<std::string> namesOfTiers(const TextGrid& grid) {
+  std::vector<std::string> names;
+  for (const Tier& tier : grid.tiers) names.push_back(printable(tier.name));
+  return names;
+}
+
 }  // namespace
+
+std::vector<std::string> tierNames(std::string_view bytes, std::string_view name) {
+  return namesOfTiers(tiersIn(bytes, name));
+}
 
 bool isTextGrid(std::string_view bytes) {
   if (!kindOfNoText(bytes).empty()) return false;
@@ -253,9 +263,8 @@ SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const 
   const TextGrid grid = tiersIn(bytes, name);
   const Tier* phone_tier = phonesOf(grid, name);
   if (phone_tier == nullptr) {
-    std::vector<std::string> names;
-    for (const Tier& tier : grid.tiers) names.push_back(printable(tier.name));
-    throw InputError(name, "", fmt::format("has tiers [{}]; expected one named phones", fmt::join(names, ", ")));
+    throw InputError(name, "",
+                     fmt::format("has tiers [{}]; expected one named phones", fmt::join(namesOfTiers(grid), ", ")));
   }
   auto phones = phonesFromEntries(name, entriesFromStart(*phone_tier, grid.span.start), language);
   if (const Tier* tier = findTier(grid, name, {"syllables"})) takeSyllables(*tier, grid, name, phones);

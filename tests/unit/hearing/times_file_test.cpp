@@ -99,6 +99,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"mfa.TextGrid", "TextGrid", "the time is now", kSaid, 0.9},
                     Kind{"mfa.json", "MFA JSON", "the time is now", kSaid, 0.9},
                     Kind{"mfa.csv", "MFA CSV", "the time is now", kSaid, 0.9},
+                    Kind{"whisper.csv", "Whisper CSV", "The time is now.", "", 0.1},
+                    Kind{"lines.lrc", "LRC", "The time is now.", "", 0.7},
                     Kind{"words.ctm", "CTM", "the time is now", "", 0.9},
                     Kind{"lines.srt", "SRT", "The time is now.", "", 0.1},
                     Kind{"lines.vtt", "WebVTT", "The time is now.", "", 0.1}),
@@ -125,6 +127,17 @@ TEST_P(VariantsOfTimes, AreReadAsTheyAreMeant) {
 INSTANTIATE_TEST_SUITE_P(
     Kinds, VariantsOfTimes,
     testing::Values(
+        Variant{"PiecesOfWhisperCpp",
+                R"({"result": {"language": "en"}, "transcription": [
+                   {"offsets": {"from": 0, "to": 0}, "text": ""}, {"offsets": {"from": 100, "to": 200}, "text": " Pe"},
+                   {"offsets": {"from": 200, "to": 400}, "text": "ter"}, {"offsets": {"from": 400, "to": 600}, "text": " is"},
+                   {"offsets": {"from": 600, "to": 800}, "text": " here"}, {"offsets": {"from": 800, "to": 810}, "text": "."}]})",
+                "Peter 10, is 40, here. 60"},
+        Variant{"MarksOfNoWord", "a 1 0.1 0.2 <unk>\na 1 0.3 0.2 the\na 1 0.5 0.2 %HESITATION\na 1 0.7 0.2 time\n",
+                "the 30, time 70"},
+        Variant{"LyricsWithSeveralTimes",
+                "[ti:A song]\n[offset:0]\n[00:01.00][00:03.50]again\n[00:02.00]once\n[00:04.00]\n",
+                "again 100, once 200, again 350"},
         Variant{"ScoresThatPythonDoesNotKnow",
                 R"({"segments": [{"end": 1, "words": [{"word": "NaN \"", "start": 0.1, "end": 0.3, "score": NaN},
                    {"word": "2", "start": NaN, "end": NaN, "score": -Infinity}, {"word": "b", "start": 0.5, "end": 1}]}]})",
@@ -338,131 +351,6 @@ TEST(TimesFile, BadTimesAreNamedWithTheirPlace) {
   EXPECT_NE(errorOf([] { parseTimes("0.00\tX\n0.10\tA\n", "x"); }).find("expected X"), std::string::npos);
   EXPECT_NE(errorOf([] { parseTimes("1\n00:00:xx --> 00:00:02,000\na\n", "x"); }).find("expected a time"),
             std::string::npos);
-}
-
-/// A word keeps the times it was given; the phones that the file lacks come from the sound.
-TEST(TimedRecogniser, AlignsPhonesInsideTheirWords) {
-  const SpokenLine line = makeVoice("flite:slt")->speak("the birch canoe slid on the smooth planks");
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_words.ctm";
-  std::string ctm;
-  for (const LabelledWord& word : line.labels.words) {
-    const TimeSpan span = line.labels.spanOf(word.phones);
-    ctm += "a 1 " + std::to_string(span.start) + " " + std::to_string(span.duration()) + " " + word.text + "\n";
-  }
-  writeFileAtomically(file, ctm);
-  const HeardSpeech heard = makeTimedRecogniser(file)->hear(line.audio, "line");
-  ASSERT_EQ(heard.labels.words.size(), line.labels.words.size());
-  EXPECT_EQ(heard.confidence.size(), heard.labels.phones.size());
-  double off = 0, count = 0;
-  for (std::size_t w = 0; w < line.labels.words.size(); ++w) {
-    const TimeSpan given = line.labels.spanOf(line.labels.words[w].phones);
-    const TimeSpan found = heard.labels.spanOf(heard.labels.words[w].phones);
-    // 20 ms of a line's first and last phone may go to its silences.
-    EXPECT_NEAR(given.start, found.start, 0.021) << line.labels.words[w].text;
-    EXPECT_NEAR(given.end, found.end, 0.021) << line.labels.words[w].text;
-    const PhoneRange said = line.labels.words[w].phones, range = heard.labels.words[w].phones;
-    if (said.last.value - said.first.value != range.last.value - range.first.value) continue;
-    for (std::size_t i = 0; i < said.last.value - said.first.value; ++i) {
-      off += std::abs(line.labels.phones[said.first.value + i].span.end -
-                      heard.labels.phones[range.first.value + i].span.end);
-      count += 1;
-    }
-  }
-  ASSERT_GT(count, 8);
-  EXPECT_LT(off / count, 0.020);
-}
-
-/// "spn" is the Montreal Forced Aligner's mark for a word that its dictionary lacks.
-TEST(TimedRecogniser, AlignsTheWordsWhosePhonesTheFileLacks) {
-  const SpokenLine line = makeVoice("flite:slt")->speak("bring my yellow pumpkin home");
-  std::string words, phones;
-  const auto entry = [](const TimeSpan& span, std::string_view text) {
-    return fmt::format("[{}, {}, \"{}\"]", span.start, span.end, text);
-  };
-  for (const LabelledWord& word : line.labels.words) {
-    const TimeSpan span = line.labels.spanOf(word.phones);
-    words += (words.empty() ? "" : ", ") + entry(span, word.text);
-    if (word.text == "yellow") phones += ", " + entry(span, "spn");
-    for (std::size_t i = word.phones.first.value; word.text != "yellow" && i <= word.phones.last.value; ++i)
-      phones +=
-          (phones.empty() ? "" : ", ") + entry(line.labels.phones[i].span, phoneName(line.labels.phones[i].phone));
-  }
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_unknown_word.json";
-  writeFileAtomically(
-      file,
-      fmt::format(R"({{"tiers": {{"words": {{"entries": [{}]}}, "phones": {{"entries": [{}]}}}}}})", words, phones));
-  const HeardSpeech heard = makeTimedRecogniser(file)->hear(line.audio, "line");
-  EXPECT_EQ(heard.text, "bring my yellow pumpkin home");
-  ASSERT_EQ(heard.labels.phones.size(), line.labels.phones.size());
-  for (std::size_t i = 0; i < heard.labels.phones.size(); ++i) {
-    EXPECT_EQ(heard.labels.phones[i].phone, line.labels.phones[i].phone);
-    EXPECT_EQ(heard.labels.phones[i].word, line.labels.phones[i].word);
-    const bool is_aligned =
-        heard.labels.phones[i].word && line.labels.words[*heard.labels.phones[i].word].text == "yellow";
-    EXPECT_NEAR(heard.labels.phones[i].span.start, line.labels.phones[i].span.start, is_aligned ? 0.04 : 0.001) << i;
-  }
-  EXPECT_TRUE(heard.warnings.empty());
-}
-
-TEST(TimedRecogniser, RefusesTimesOfALongerSound) {
-  const AudioClip sound{16000, std::vector<float>(8000, 0.0F)};
-  EXPECT_NE(
-      errorOf([&] { makeTimedRecogniser(kTimes / "vosk.json")->hear(sound, "a.wav"); }).find("a.wav lasts 0.50 s"),
-      std::string::npos);
-}
-
-TEST(TimedRecogniser, TellsThatNobodySpeaksWhereItsWordsAre) {
-  AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
-  const std::size_t spoken = sound.samples.size();
-  sound.samples.resize(3 * spoken, 0.0F);
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_beside.ctm";
-  const auto warnings = [&](Seconds start) {
-    writeFileAtomically(file, "a 1 " + std::to_string(start) + " 0.4 time\n");
-    return makeTimedRecogniser(file)->hear(sound, "line").warnings;
-  };
-  EXPECT_TRUE(warnings(0.2).empty());
-  const std::vector<std::string> told = warnings(2 * static_cast<double>(spoken) / sound.sample_rate_hz);
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_NE(told[0].find("evenly spread"), std::string::npos) << told[0];
-  EXPECT_TRUE(told[1].starts_with("hardly any speech is heard where ")) << told[1];
-}
-
-TEST(TimedRecogniser, CountsWhatIsNotSaid) {
-  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_sounds.srt";
-  writeFileAtomically(file, "1\n00:00:00,000 --> 00:00:01,500\nJOHN: (sighs) [a] [b] [c] [d] the time is now\n");
-  const HeardSpeech heard = makeTimedRecogniser(file)->hear(sound, "line");
-  EXPECT_EQ(heard.text, "the time is now");
-  EXPECT_EQ(heard.warnings, std::vector<std::string>{});
-  EXPECT_EQ(heard.notices, std::vector<std::string>{"6 left out as not said, by SRT: JOHN: (sighs) [a] [b] [c] ..."});
-}
-
-TEST(TimedRecogniser, TellsOfSubtitlesThatOverlap) {
-  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_overlap.srt";
-  writeFileAtomically(file, "1\n00:00:00,000 --> 00:00:00,700\nthe time\n\n2\n00:00:00,600 --> 00:00:01,500\nis now\n");
-  const HeardSpeech heard = makeTimedRecogniser(file)->hear(sound, "line");
-  EXPECT_EQ(heard.text, "the time is now");
-  EXPECT_EQ(heard.notices,
-            std::vector<std::string>{"1 line of SRT cut where the next line begins, which it overlapped"});
-  EXPECT_NE(errorOf([] {
-              parseTimes("1\n00:00:00,000 --> 00:00:00,700\na\n\n2\n00:00:00,100 --> 00:00:01,500\nb\n", "x");
-            }).find("before the one before it ends"),
-            std::string::npos)
-      << "most of a line cannot be cut";
-}
-
-TEST(TimedRecogniser, TellsThatAWordIsCutAtTheEndOfTheSound) {
-  const AudioClip sound = makeVoice("flite:slt")->speak("the time is now").audio;
-  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_long.ctm";
-  const auto warnings = [&](const std::string& last) {
-    writeFileAtomically(file, "a 1 0.2 0.3 time\na 1 0.6 " + last + " now\n");
-    return makeTimedRecogniser(file)->hear(sound, "line").warnings;
-  };
-  EXPECT_TRUE(warnings("0.4").empty());
-  const std::vector<std::string> told = warnings("48.4");
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_TRUE(told[0].starts_with("'now' ends at 49.00 s by ")) << told[0];
 }
 
 }  // namespace

@@ -192,7 +192,7 @@ const std::vector<Writer>& writers() {
   static const std::vector<Writer> all{{"Whisper", "Whisper JSON", whisper, true},
                                        {"WhisperWords", "Whisper JSON", whisperWords, true},
                                        {"WhisperLines", "Whisper JSON", whisperLines, false, true},
-                                       {"WhisperCpp", "whisper.cpp JSON", whisperCpp, false, true},
+                                       {"WhisperCpp", "whisper.cpp JSON", whisperCpp},
                                        {"Vosk", "Vosk JSON", vosk, true},
                                        {"VoskRows", "Vosk JSON", voskRows, true},
                                        {"Gentle", "Gentle JSON", gentle},

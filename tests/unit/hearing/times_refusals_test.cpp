@@ -46,6 +46,17 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"a.ctm", ";; made up\ntake 1 0.1 long time\n", "a.ctm:2: found 'long'; expected a time in seconds"},
         Refusal{"a.ctm", "one 1 0.1 0.2 the\ntwo 1 0.3 0.2 time\n",
                 "a.ctm:2: found words of 'two' after those of 'one'; expected one recording a file"},
+        Refusal{"a.ass", "[Script Info]\nScriptType: v4.00+\n",
+                "a.ass:1: is a script of SubStation (ASS); expected SRT, as `ffmpeg -i FILE out.srt` writes it"},
+        Refusal{"a.csv", "start,end,text\n100,200\n",
+                "a.csv:2: has less than three fields; expected start, end and text"},
+        Refusal{"a.json", R"({"text": ""})", "a.json: tells that nothing was heard; expected words with their times"},
+        Refusal{"a.json", R"({"RecognitionStatus": "InitialSilenceTimeout", "Offset": 1, "Duration": 0})",
+                "a.json: tells that nothing was heard; expected words with their times"},
+        Refusal{"a.TextGrid",
+                "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n1\n<exists>\n1\n\"IntervalTier\"\n"
+                "\"Mary\"\n0\n1\n1\n0\n1\n\"hello\"\n",
+                "a.TextGrid: has tiers [Mary]; expected one named words, or phones"},
         Refusal{"a.json", "{}",
                 "a.json: has no words, segments, chunks, result, results, transcription, alignment, NBest, visemes, "
                 "phoneme_alignments, mouthCues, monologues or tiers; expected JSON of Whisper, Vosk, Gentle, Azure, "
