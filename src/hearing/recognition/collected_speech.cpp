@@ -84,7 +84,7 @@ std::string CollectedSpeech::doubts() const {
   return what;
 }
 
-void CollectedSpeech::warn(bool words_wanted, HeardSpeech& heard) const {
+void CollectedSpeech::warn(bool words_wanted, bool takes_hints, HeardSpeech& heard) const {
   for (const SoundKind kind : {SoundKind::kMusic, SoundKind::kNoise}) {
     std::string places;
     for (const SoundStretch& stretch : heard.stretches) {
@@ -99,11 +99,13 @@ void CollectedSpeech::warn(bool words_wanted, HeardSpeech& heard) const {
   if (wordless > 0 && words_wanted)
     heard.warnings.push_back(fmt::format("{} of {} phones were heard without words", wordless, segments_.size()));
   const std::string what = doubts();
-  if (!what.empty()) heard.warnings.push_back(what + "; a transcript or a hint would help");
+  if (!what.empty())
+    heard.warnings.push_back(what +
+                             (takes_hints ? "; a transcript or a hint would help" : "; a transcript would help"));
 }
 
 void CollectedSpeech::finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted,
-                             HeardSpeech& heard) {
+                             bool takes_hints, HeardSpeech& heard) {
   for (SoundStretch& stretch : heard.stretches) {
     const bool is_noise = std::any_of(passed_over_.begin(), passed_over_.end(),
                                       [&](const TimeSpan& span) { return span.contains(stretch.span.middle()); });
@@ -128,7 +130,7 @@ void CollectedSpeech::finish(std::string_view name, Seconds duration, const Lang
   }
   shortenHeldPhones(segments_);
   heard.text = fmt::format("{}", fmt::join(words_, " "));
-  warn(words_wanted, heard);
+  warn(words_wanted, takes_hints, heard);
   heard.labels = buildSpeechLabels(segments_, words_, duration, language);
   heard.confidence = confidenceOf(heard.labels, segments_, confidence_);
 }

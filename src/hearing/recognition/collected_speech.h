@@ -31,11 +31,13 @@ class CollectedSpeech {
 
   /// Labels, confidences, text and warnings of all that was added, into `heard`, whose stretches are kept, those that
   /// were passed over as noise, and whose warnings are.
-  /// `words_wanted`: phones without words are told. Throws InputError, named `name`, where nothing was added.
-  void finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted, HeardSpeech& heard);
+  /// `words_wanted`: phones without words are told. `takes_hints`: a hint helps. Throws InputError, named `name`, where
+  /// nothing was added.
+  void finish(std::string_view name, Seconds duration, const Language& language, bool words_wanted, bool takes_hints,
+              HeardSpeech& heard);
 
  private:
-  void warn(bool words_wanted, HeardSpeech& heard) const;
+  void warn(bool words_wanted, bool takes_hints, HeardSpeech& heard) const;
   [[nodiscard]] std::string doubts() const;
 
   std::vector<PhoneSegment> segments_;

@@ -263,7 +263,11 @@ HeardSpeech SoundRecogniser::hear(AudioClip audio, std::string_view name) {
     hearStretch(said[i], std::move(by_ear[i]), std::move(phones), by_network[i], all);
     to_hear.letGo();
   }
-  all.finish(name, lasts, language_, options_.as != HearAs::kPhones, heard);
+  all.finish(name, lasts, language_, options_.as != HearAs::kPhones, words_.has_value(), heard);
+  if (!words_ && !options_.hint.empty())
+    heard.warnings.push_back(fmt::format(
+        "the hint tells nothing: words are not heard {}",
+        options_.as == HearAs::kPhones ? "where phones are asked for" : fmt::format("in {}", language_.name)));
   return heard;
 }
 

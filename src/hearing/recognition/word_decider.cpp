@@ -245,7 +245,9 @@ ModelWords WordDecider::withHintedWords(ModelWords found, std::vector<NetworkWor
       double sure = 0;
       for (std::size_t at = place.first; at < place.end; ++at)
         sure += words[at].log_probability / asReal(place.end - place.first);
-      if (sure > kSureOfWords) continue;
+      // Of words that sound the same the hint alone tells which are meant; its own words (0) are not changed again.
+      const bool sounds_alike = place.apart == 0 && sure < 0;
+      if (!sounds_alike && sure > kSureOfWords) continue;
       std::vector<NetworkWord> hinted(words.begin(), words.begin() + signedIndex(place.first));
       for (const std::string& word : place.words) hinted.push_back({word, 0});
       hinted.insert(hinted.end(), words.begin() + signedIndex(place.end), words.end());
@@ -258,9 +260,8 @@ ModelWords WordDecider::withHintedWords(ModelWords found, std::vector<NetworkWor
       const TimeSpan span{std::min(before.start, after.start), std::max(before.end, after.end)};
       const double fit = fitBetween(heard, span, stretch.phones()),
                    fit_hinted = fitBetween(said, span, stretch.phones());
-      if (*std::min_element(believed, believed + std::ssize(place.words)) < kHintedBelieved ||
-          fit_hinted < kHintedFits * fit)
-        continue;
+      const double least_believed = *std::min_element(believed, believed + std::ssize(place.words));
+      if (!sounds_alike && (least_believed < kHintedBelieved || fit_hinted < kHintedFits * fit)) continue;
       found = std::move(*other);
       words = std::move(hinted);
       is_changed = true;

@@ -124,6 +124,21 @@ TEST(Recogniser, HearsWordsThatAreHinted) {
   expectConsistent(heard.labels);
 }
 
+TEST(Recogniser, TellsThatAHintIsOfNoUse) {
+  const AudioClip sound = spoken("the birch canoe slid on the smooth planks");
+  const auto warned = [&](const RecogniserOptions& options) {
+    const std::vector<std::string> warnings = makeRecogniser(options)->hear(sound, "line").warnings;
+    EXPECT_TRUE(std::ranges::none_of(warnings, [](const std::string& warning) {
+      return warning.find("or a hint would help") != std::string::npos;
+    }));
+    return std::ranges::count_if(
+        warnings, [](const std::string& warning) { return warning.starts_with("the hint tells nothing: "); });
+  };
+  EXPECT_EQ(warned({.as = HearAs::kPhones, .hint = "birch canoe"}), 1);
+  EXPECT_EQ(warned({.as = HearAs::kPhones, .hint = ""}), 0);
+  EXPECT_EQ(warned({.as = HearAs::kAuto, .hint = "canoe", .language = &languageOf("de")}), 1);
+}
+
 /// A short book's only path is kept to its end, however little a noisy stretch fits it on the way.
 TEST(Recogniser, FindsHintedLinesInNoise) {
   const auto voice = makeVoice("flite:slt");
