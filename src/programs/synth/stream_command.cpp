@@ -138,6 +138,7 @@ class StreamFeeder {
         words_.emplace(options_.words_file, stream_, options_.live, options_.real_time, is_stopped_, options_.quiet);
       feedSound();
       if (words_) words_->finish();
+      if (samples_ == 0 && !is_stopped_) throw InputError("stdin", "", "is empty; expected raw samples");
     }
     stream_.finish();
   }
