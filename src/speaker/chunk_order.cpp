@@ -11,6 +11,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::uint64_t kLongestGap = 10, kLongestLateness = 1;  ///< seconds
+constexpr Seconds kLongestWait = 0.1;
 constexpr std::size_t kMostStretches = 64;
 constexpr std::uint64_t kLastSample = std::uint64_t{1} << 62;
 
@@ -54,6 +55,16 @@ ChunkOrder::Place ChunkOrder::place(std::uint64_t at, std::size_t count, LiveCou
   const auto skipped = static_cast<std::size_t>(next_ - begin);
   follow(count - skipped);
   return {0, skipped};
+}
+
+bool ChunkOrder::isAhead(std::uint64_t at) const {
+  return at <= kLastSample && static_cast<std::int64_t>(at) + shift_ > static_cast<std::int64_t>(next_);
+}
+
+bool ChunkOrder::mayWait(std::uint64_t at, std::size_t count) const {
+  if (!isAhead(at) || count > kLastSample) return false;
+  const auto end = static_cast<std::uint64_t>(static_cast<std::int64_t>(at) + shift_) + count;
+  return end - next_ <= static_cast<std::uint64_t>(kLongestWait * rate_hz_);
 }
 
 void ChunkOrder::passOver(std::size_t count) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -34,6 +35,9 @@ struct LiveStream::Data {
   void hearSilence(std::size_t samples);
   void hearWhole();
   void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
+  void takeSound(std::span<const float> samples, std::optional<std::uint64_t> at);
+  /// Takes the chunks that wait: those that follow what came, and in any case those up to `before`, a sample's number.
+  void takeWaiting(std::uint64_t before);
   void pushPhones(const std::vector<PhoneSegment>& phones);
   Seconds sayLabels(const SpeechLabels& labels);
   void makeOwnVoice();
@@ -67,12 +71,15 @@ struct LiveStream::Data {
   std::unique_ptr<LiveEar> ear;
   LiveResampler resampler;
   ChunkOrder order;
+  std::map<std::uint64_t, std::vector<float>>
+      ahead;                   ///< chunks that wait for what is missing before them, by their places
   std::vector<float> waiting;  ///< at the ear's rate
   std::size_t hops = 0;
   std::uint64_t sound_samples = 0;  ///< that were taken, with silences in their stead
   bool is_sound = false, is_labels = false;
   bool is_ending = false;  ///< all sound has come
   std::size_t words = 0;
+  bool has_small_letters = false;  ///< a word that was told has some: capitals are letters from then on
   std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
   MotionClip weights_clip;                                               ///< the last frames, and those that are made
   std::vector<LipPose> weights_lips;                                     ///< of the same frames

@@ -30,6 +30,11 @@ class ChunkOrder {
   /// A chunk with its place; tells `counts` of what is wrong with it. Throws InputError for one that is over ten
   /// seconds ahead.
   Place place(std::uint64_t at, std::size_t count, LiveCounts& counts);
+  /// Whether a chunk begins behind what is missing, and ends within a tenth of a second from there: what it waits for
+  /// may have changed places with it.
+  [[nodiscard]] bool mayWait(std::uint64_t at, std::size_t count) const;
+  /// Whether something is missing before it.
+  [[nodiscard]] bool isAhead(std::uint64_t at) const;
   /// So much was shown without its sound.
   void passOver(std::size_t count);
 

@@ -15,6 +15,8 @@
 namespace mouthpiece {
 namespace {
 
+/// Of chunks that wait: all.
+constexpr std::uint64_t kAllWaiting = ~std::uint64_t{0};
 constexpr Seconds kHearingHop = asReal(LiveEar::kHop) / LiveEar::kRateHz;
 constexpr Seconds kMostUnpulled = 600;
 constexpr Seconds kFurthest = 24 * 3600.0 * 365;
@@ -72,7 +74,8 @@ std::vector<PhoneSegment> LiveStream::Data::phonesOfWord(std::string_view word, 
   makePronouncer();
   std::vector<PhoneSegment> segments;
   Seconds length = 0;
-  const std::vector<TranscriptWord> all = pronouncer->wordsOf(word);
+  has_small_letters |= std::ranges::any_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+  const std::vector<TranscriptWord> all = pronouncer->wordsOf(word, !has_small_letters);
   if (told_words) segments = told_words->phonesOf(all, span, words);
   if (!segments.empty()) {
     words += all.size();
@@ -161,6 +164,23 @@ void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<s
   expectOpen(true);
   if (!ear) ear = makeLiveEar(setup, options);
   catchUp();
+  if (at && !ahead.contains(*at) && order.mayWait(*at, samples.size())) {
+    ahead.emplace(*at, std::vector<float>(samples.begin(), samples.end()));
+    return;
+  }
+  takeWaiting(at.value_or(kAllWaiting));
+  takeSound(samples, at);
+  takeWaiting(0);
+}
+
+void LiveStream::Data::takeWaiting(std::uint64_t before) {
+  while (!ahead.empty() && (ahead.begin()->first < before || !order.isAhead(ahead.begin()->first))) {
+    const auto next = ahead.extract(ahead.begin());
+    takeSound(next.mapped(), next.key());
+  }
+}
+
+void LiveStream::Data::takeSound(std::span<const float> samples, std::optional<std::uint64_t> at) {
   ChunkOrder::Place place;
   std::vector<float> usable(samples.begin(), samples.end());
   {
@@ -352,6 +372,7 @@ void LiveStream::finish() {
     if (data.is_finished) return;
   }
   data.catchUp();
+  data.takeWaiting(kAllWaiting);
   Seconds end = data.motion.saidUntil();
   if (data.is_sound) {
     constexpr Seconds kHeardWithin = 0.5;

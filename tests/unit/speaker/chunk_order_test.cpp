@@ -157,5 +157,16 @@ TEST(ChunkOrder, RefusesWhatIsFarAheadInOneLine) {
   EXPECT_NE(errorOf([&] { heard.chunk(~std::uint64_t{0}, 1); }).find("expected places that rise"), std::string::npos);
 }
 
+TEST(ChunkOrder, WhatIsALittleAheadMayWait) {
+  Heard heard;
+  heard.chunk(0, 10);
+  EXPECT_FALSE(heard.order.isAhead(10));
+  EXPECT_FALSE(heard.order.mayWait(10, 5)) << "it follows";
+  EXPECT_TRUE(heard.order.mayWait(15, 5));
+  EXPECT_FALSE(heard.order.mayWait(15, 6)) << "over a tenth of a second";
+  EXPECT_FALSE(heard.order.mayWait(~std::uint64_t{0}, 5));
+  EXPECT_FALSE(heard.order.mayWait(5, 5)) << "it was there";
+}
+
 }  // namespace
 }  // namespace mouthpiece

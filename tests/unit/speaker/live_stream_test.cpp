@@ -165,6 +165,29 @@ TEST_F(Live, LostDoubledAndLateChunksAreCounted) {
   EXPECT_EQ(pulled.frames, static_cast<std::size_t>(std::ceil(5.5 * 0.1 * 60)));
 }
 
+/// A network may hand on one packet before the one that was sent before it: what is heard is the same.
+TEST_F(Live, ChunksThatChangePlacesAreHeardInOrder) {
+  constexpr std::size_t kChunk = 320;
+  const auto pulled = [&](bool swapped) {
+    LiveStream stream = speaker().live();
+    const std::span<const float> all(sound());
+    const std::size_t chunks = all.size() / kChunk;
+    for (std::size_t i = 0; i < chunks; ++i) {
+      const std::size_t chunk = swapped && i % 2 == 1 && i + 1 < chunks ? i + 1
+                                : swapped && i % 2 == 0 && i > 0        ? i - 1
+                                                                        : i;
+      stream.push(all.subspan(chunk * kChunk, kChunk), chunk * kChunk);
+    }
+    stream.finish();
+    EXPECT_EQ(stream.counts().chunks, chunks);
+    EXPECT_EQ(stream.counts().dropped + stream.counts().late + stream.counts().doubled, 0U) << swapped;
+    Pulled all_frames;
+    all_frames.addAll(stream);
+    return all_frames;
+  };
+  EXPECT_EQ(pulled(true), pulled(false));
+}
+
 TEST_F(Live, ASenderWhoseClockStoodStillIsHeardAgain) {
   LiveStream stream = speaker().live();
   const std::vector<float> chunk(1600, 0.01F);
