@@ -253,7 +253,7 @@ void partIntoWords(const FreshEspeak& espeak, EspeakRecording& recording) {
                      [&](const std::string& word) { return phonesAlone(espeak, word); });
     std::partial_sum(last.begin(), last.end(), last.begin());
     const std::size_t all = last.back();
-    for (std::size_t w = 0; w < words.size(); ++w) {
+    for (std::size_t w = 0; words.size() > 1 && w < words.size(); ++w) {
       const std::size_t before = w == 0 ? 0 : last[w - 1];
       last[w] = std::clamp((last[w] * phones + all / 2) / all, before + 1, phones + w + 1 - words.size());
     }
