@@ -35,7 +35,9 @@ BoneRole roleFromName(std::string_view name) {
   const std::string text = plain(name);
   constexpr std::array<std::string_view, 5> kLids{"lid", "brow", "lash", "eyecorner", "eyesack"};
   if (hasOneOf<5>(text, kLids)) return BoneRole::kHead;
-  if (hasOneOf<3>(text, {"jaw", "tongue", "lowerteeth"})) return BoneRole::kJaw;
+  if (hasOneOf<5>(text, {"jaw", "mandible", "unterkiefer", "tongue", "lowerteeth"}) || text == "kiefer" ||
+      hasOneOf<2>(name, {"顎", "あご"}))
+    return BoneRole::kJaw;
   if (hasOneOf<1>(text, {"eye"})) return BoneRole::kEye;
   if (hasOneOf<2>(text, {"hair", "bangs"})) return BoneRole::kHair;
   if (hasOneOf<3>(text, {"head", "neck", "face"})) return BoneRole::kHead;
@@ -201,7 +203,7 @@ std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<
 bool isJawShape(std::string_view name) {
   const std::string text = plain(name);
   if (hasOneOf<5>(text, {"jawopen", "mouthopen", "visemeaa", "mtha", "jawdrop"})) return true;
-  return text == "a" || text == "aa" || text == "ah" || text == "vaa";
+  return text == "a" || text == "aa" || text == "ah" || text == "vaa" || name == "あ";
 }
 
 bool isMouthShape(std::string_view name) {
@@ -209,7 +211,8 @@ bool isMouthShape(std::string_view name) {
   const std::string text = plain(name);
   if (hasOneOf<10>(text, {"mouth", "jaw", "viseme", "mth", "lip", "smile", "phoneme", "tongue", "frown", "pucker"}))
     return true;
-  return isVowel(text);
+  constexpr std::array<std::string_view, 5> kOfMmd{"い", "う", "え", "お", "ん"};
+  return isVowel(text) || std::find(kOfMmd.begin(), kOfMmd.end(), name) != kOfMmd.end();
 }
 
 }  // namespace mouthpiece

@@ -53,8 +53,10 @@ constexpr double kWholly = 0.95;  ///< of a part's corners: what hangs on one ki
 
 bool contains(std::string_view text, std::string_view word) { return text.find(word) != std::string_view::npos; }
 
-/// Materials that say nothing of their own colour look like what they are.
-std::array<float, 4> colorOf(PartKind kind) {
+/// Materials that say nothing of their own colour look like what they are; gums are no teeth to look at.
+std::array<float, 4> colorOf(PartKind kind, std::string_view name) {
+  const bool is_of_teeth = kind == PartKind::kUpperTeeth || kind == PartKind::kLowerTeeth;
+  if (is_of_teeth && contains(lowerCase(name), "gum")) return {0.25F, 0.06F, 0.06F, 1.0F};
   switch (kind) {
     case PartKind::kLips:
       return {0.55F, 0.22F, 0.19F, 1.0F};
@@ -410,7 +412,7 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
             [](const MeshPart& a, const MeshPart& b) { return a.first_triangle < b.first_triangle; });
   for (MeshPart& part : parts) {
     if (keep_colors) break;
-    part.base_color = mesh.vertex_colors.empty() ? colorOf(part.kind) : std::array<float, 4>{1, 1, 1, 1};
+    part.base_color = mesh.vertex_colors.empty() ? colorOf(part.kind, part.name) : std::array<float, 4>{1, 1, 1, 1};
     const bool wet =
         part.kind == PartKind::kEye || part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth;
     part.roughness = wet ? 0.25F : part.kind == PartKind::kTongue || part.kind == PartKind::kLips ? 0.4F : 0.6F;

@@ -1,5 +1,6 @@
 // What parts of a head are by more than their names: by islands around the teeth, by bones, by what shapes move.
 #include <gtest/gtest.h>
+#include <tiny_gltf.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/mesh/bone_roles.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 
@@ -164,7 +166,10 @@ TEST_F(Boxes, WetThingsShineAndOwnColoursStay) {
     EXPECT_LT(plain.parts[p].base_color[2], 0.9F);
     EXPECT_EQ(plain.parts[p].base_color[3], 1);
   }
-  soup_.vertex_colors.assign(48, {0.1F, 0.2F, 0.3F});
+  begin("Gums_upper");
+  box({0, 0, 0}, 1);
+  EXPECT_EQ(mesh().parts.back().base_color, (std::array<float, 4>{0.25F, 0.06F, 0.06F, 1}));
+  soup_.vertex_colors.assign(soup_.positions.size() / 3, {0.1F, 0.2F, 0.3F});
   for (const MeshPart& part : mesh().parts) EXPECT_EQ(part.base_color, (std::array<float, 4>{1, 1, 1, 1}));
   soup_.has_colors = true;
   for (MeshPart& part : soup_.parts) part.base_color = {0.3F, 0.4F, 0.5F, 0.6F};
@@ -218,6 +223,18 @@ TEST_F(Boxes, WhatShapesOfTheMouthMoveMostIsSkinWhateverItIsCalled) {
   EXPECT_EQ(kindsOf(mesh()), (Kinds{PartKind::kSkin, PartKind::kHair, PartKind::kSkin})) << "skin that does not move";
   move(skin, 0.5F, 1);
   EXPECT_EQ(kindsOf(mesh()), (Kinds{PartKind::kOther, PartKind::kHair, PartKind::kSkin})) << "skin that does";
+}
+
+TEST(Bones, AJawHasNamesInSeveralLanguages) {
+  tinygltf::Model model;
+  for (const char* name :
+       {"mixamorig:Jaw", "lower_jaw.x", "mandible", "Kiefer", "Unterkiefer", "顎", "Oberkiefer", "arm", "head"})
+    model.nodes.emplace_back().name = name;
+  const std::vector<int> parents(model.nodes.size(), -1);
+  model.skins.emplace_back();
+  for (int i = 0; i < std::ssize(model.nodes); ++i) model.skins[0].joints.push_back(i);
+  const std::vector<BoneRole> roles = boneRoles(model, parents);
+  for (std::size_t i = 0; i < roles.size(); ++i) EXPECT_EQ(roles[i] == BoneRole::kJaw, i < 6) << model.nodes[i].name;
 }
 
 }  // namespace
