@@ -79,16 +79,16 @@ class Dictionary {
   /// Whole lines, each after a line's end, among which the one that begins with `start` is if there is one. A blank
   /// sorts before every letter, so lines sort as their words do.
   [[nodiscard]] std::string linesAround(std::string_view start) const {
-    constexpr std::uint64_t kEnough = 4096, kAround = 512;  // bytes; a line has some 30
+    constexpr std::uint64_t kEnough = 4096, kBytesBeside = 512;  // bytes; a line has some 30
     std::uint64_t low = 0, high = file_->size();
     while (high - low > kEnough) {
       const std::uint64_t middle = low + (high - low) / 2;
-      const std::string line = file_->bytes(middle, kAround);
+      const std::string line = file_->bytes(middle, kBytesBeside);
       const bool is_before = line.substr(std::min(line.find('\n'), line.size() - 1) + 1) < start;
       (is_before ? low : high) = middle;
     }
-    low -= std::min(low, kAround);
-    return (low == 0 ? "\n" : "") + file_->bytes(low, high + kAround - low);
+    low -= std::min(low, kBytesBeside);
+    return (low == 0 ? "\n" : "") + file_->bytes(low, high + kBytesBeside - low);
   }
 
   std::optional<FileReader> file_;

@@ -112,10 +112,10 @@ class LoudFrames {
 }  // namespace
 
 struct LiveEar::State {
-  State(const Language& language, std::span<const LabelledSound> speaker, Seconds look_ahead,
+  State(const Language& spoken, std::span<const LabelledSound> speaker, Seconds look_ahead,
         std::optional<LiveWords> of_words, std::optional<LivePhones> of_phones)
-      : language(language),
-        ear(language),
+      : language(spoken),
+        ear(spoken),
         words(std::move(of_words)),
         phones(std::move(of_phones)),
         settles(std::clamp(static_cast<std::size_t>(look_ahead / kEarStep), kSettles + kLastPhones,

@@ -43,7 +43,7 @@ enum class HearAs {
 
 struct RecogniserOptions {
   HearAs as = HearAs::kAuto;
-  std::string hint;                     ///< words and phrases that are likely; UTF-8, hostile
+  std::string hint = {};                ///< words and phrases that are likely; UTF-8, hostile
   std::vector<std::string> known = {};  ///< lines that may be said again, less likely than `hint`: a corpus' own
   /// Of a person who may have said it: learnt from, where the recording sounds like them (PhoneEar::learn).
   SpeakerSounds speaker = {};

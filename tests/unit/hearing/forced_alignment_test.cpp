@@ -100,9 +100,9 @@ struct LongSound {
   std::size_t sentence_words = 0;
 
   LongSound(std::size_t times, Seconds silence_s, const char* text = "four hours of steady work faced us") {
-    constexpr std::size_t kStep = 160;  // samples of the decoder's 10 ms
+    constexpr std::size_t kHop = 160;  // samples of the decoder's 10 ms
     SpokenLine line = makeVoice("flite:rms")->speak(text);
-    line.audio.samples.resize((line.audio.samples.size() + kStep - 1) / kStep * kStep, 0.0F);
+    line.audio.samples.resize((line.audio.samples.size() + kHop - 1) / kHop * kHop, 0.0F);
     sentence_s = line.audio.duration();
     audio = {line.audio.sample_rate_hz, {}};
     audio.samples.resize(static_cast<std::size_t>(silence_s * line.audio.sample_rate_hz), 0.0F);

@@ -398,7 +398,7 @@ TEST_F(NetworkPhones, HearNobodyInKnocks) {
   std::mt19937 random(3);
   for (int k = 0; k < 20; ++k) {
     const std::size_t at = random() % 46000;
-    const double hz = 300.0 * (1 + random() % 8);
+    const double hz = 300.0 * static_cast<double>(1 + random() % 8);
     for (std::size_t i = 0; i < 2000; ++i)
       knocks.samples[at + i] +=
           static_cast<float>(0.3 * std::exp(-asReal(i) / 300) * std::sin(2 * 3.14159265 * hz * asReal(i) / 16000));

@@ -398,8 +398,8 @@ TEST_F(Streaming, GoesOnWithoutWhatCannotBeSaid) {
     EXPECT_NE(result.err.find("\"left_out\":1"), std::string::npos) << result.err;
     EXPECT_GT(std::count(result.out.begin(), result.out.end(), '\n'), 70) << arguments;
   }
-  scratch_.write("words.txt", words);
-  const ProgramResult beside = run("--json --times " + (scratch_.path() / "words.txt").string(), someSound());
+  const std::filesystem::path told = scratch_.write("words.txt", words);
+  const ProgramResult beside = run("--json --times " + told.string(), someSound());
   EXPECT_EQ(beside.exit_code, 0) << beside.err;
   EXPECT_NE(beside.err.find("words.txt:2: "), std::string::npos) << beside.err;
   EXPECT_EQ(std::count(beside.out.begin(), beside.out.end(), '\n'), 120);
