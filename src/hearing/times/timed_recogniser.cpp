@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
@@ -313,8 +314,8 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
   }
   if (times_.cut_lines > 0)
     heard.notices.push_back(fmt::format("{} of {} cut where the next line begins, which {} overlapped",
-                                        times_.cut_lines == 1 ? "1 line" : fmt::format("{} lines", times_.cut_lines),
-                                        times_.kind, times_.cut_lines == 1 ? "it" : "they"));
+                                        counted(times_.cut_lines, "line"), times_.kind,
+                                        times_.cut_lines == 1 ? "it" : "they"));
   if (!isOf(language_, times_.language))
     heard.warnings.push_back(fmt::format("{} tells that its language is {}, and is read as {}: --language tells it",
                                          times_.kind, printable(times_.language, 20), language_.name));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_encoding.h"
@@ -79,7 +80,7 @@ int runAlign(const AlignArguments& given) {
   if (given.json) {
     printWords(alignment);
   } else if (!given.quiet) {
-    printText(fmt::format("{} words, {} doubtful: {}\n", alignment.labels.words.size(),
+    printText(fmt::format("{}, {} doubtful: {}\n", counted(alignment.labels.words.size(), "word"),
                           alignment.doubtfulWords().size(), given.output.string()));
   }
   return kExitDone;

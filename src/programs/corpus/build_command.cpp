@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
@@ -64,7 +65,7 @@ int runBuild(const BuildArguments& given) {
   if (result.corpus.viseme_poses.empty())
     printNotice("no viseme poses: songs, --style and stretches without capture cannot be drawn by curves", given.quiet);
   if (!given.quiet) {
-    printText(fmt::format("{} takes used, {} left out ({} done before): {}\n", result.takes.size(),
+    printText(fmt::format("{} used, {} left out ({} done before): {}\n", counted(result.takes.size(), "take"),
                           result.left_out.size(), result.kept_takes, given.output.string()));
   }
   return kExitDone;

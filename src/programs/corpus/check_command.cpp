@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "corpus_tools/building/corpus_facts.h"
 #include "programs/corpus/command_support.h"
@@ -27,7 +28,8 @@ int runCheck(const CheckArguments& given) {
     for (const std::string& remark : check.remarks) printText("remark: " + remark + "\n");
   }
   if (!check.problems.empty()) {
-    throw InputError(given.corpus.string(), "", fmt::format("found {} problems; expected none", check.problems.size()));
+    throw InputError(given.corpus.string(), "",
+                     fmt::format("found {}; expected none", counted(check.problems.size(), "problem")));
   }
   if (!given.quiet) printText(fmt::format("{}: sound\n", given.corpus.string()));
   return kExitDone;

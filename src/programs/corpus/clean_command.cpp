@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/counted.h"
 #include "corpus_tools/takes/cleaning.h"
 #include "motion/formats/motion_file.h"
 #include "programs/corpus/command_support.h"
@@ -21,13 +22,13 @@ int runClean(const CleanArguments& given) {
   const CleanedFace clean = cleanClip(motion, layoutFrom(given.layout), given.input.string(), given.cleaning);
   writeMotionWithEvents(given.output, clean.motion, given.input);
   const TakeReport& report = clean.report;
-  printNotice(
-      fmt::format("{} frames: {} swaps and {} spikes repaired; head by jig {}, by skin {}, bridged {}; {} samples "
-                  "filled, {} still missing; noise {:.3f} mm, smoothed by {:.3f} mm",
-                  report.frames, report.swaps, report.spikes, report.jig_frames, report.skin_frames,
-                  report.bridged_frames, report.filled_samples, report.missing_samples, report.noise_mm,
-                  report.smoothed_mm),
-      given.quiet);
+  printNotice(fmt::format("{}: {} and {} repaired; head by jig {}, by skin {}, bridged {}; {} "
+                          "filled, {} still missing; noise {:.3f} mm, smoothed by {:.3f} mm",
+                          counted(report.frames, "frame"), counted(report.swaps, "swap"),
+                          counted(report.spikes, "spike"), report.jig_frames, report.skin_frames, report.bridged_frames,
+                          counted(report.filled_samples, "sample"), report.missing_samples, report.noise_mm,
+                          report.smoothed_mm),
+              given.quiet);
   return kExitDone;
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/counted.h"
 #include "corpus_tools/sample/sample_corpus.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
@@ -28,8 +29,8 @@ int runSample(const SampleArguments& given) {
   }
   if (!summary.notice.empty()) printNotice(summary.notice, given.quiet);
   if (!given.quiet) {
-    printText(fmt::format("{} takes, {:.1f} s, {:.2f} % of the samples hidden: {}\n", summary.takes, summary.speech_s,
-                          100 * summary.missing_share, given.folder.string()));
+    printText(fmt::format("{}, {:.1f} s, {:.2f} % of the samples hidden: {}\n", counted(summary.takes, "take"),
+                          summary.speech_s, 100 * summary.missing_share, given.folder.string()));
   }
   return kExitDone;
 }

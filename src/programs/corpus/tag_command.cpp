@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/counted.h"
 #include "base/files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
@@ -39,8 +40,8 @@ int runTag(const TagArguments& given) {
   for (const std::string& warning : soundWarnings(audio, known, tags)) {
     printNotice(fmt::format("{}: {}", given.audio.string(), warning), given.quiet);
   }
-  printNotice(fmt::format("{:.2f} s: {} notes, {} with vibrato, {} consonants", audio.duration(), tags.notes.size(),
-                          tags.vibrato.size(), tags.consonants.size()),
+  printNotice(fmt::format("{:.2f} s: {}, {} with vibrato, {}", audio.duration(), counted(tags.notes.size(), "note"),
+                          tags.vibrato.size(), counted(tags.consonants.size(), "consonant")),
               given.quiet);
   return kExitDone;
 }

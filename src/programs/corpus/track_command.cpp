@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/counted.h"
 #include "corpus_tools/takes/video_takes.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
@@ -42,7 +43,7 @@ int runTrack(const TrackArguments& given) {
   if (!given.quiet) {
     const std::string size =
         result.takes.empty() ? "" : fmt::format(", outer eye corners {:.1f} mm apart", result.person.eye_corners_mm);
-    printText(fmt::format("{} takes tracked, {} left out ({} done before){}: {}\n", result.takes.size(),
+    printText(fmt::format("{} tracked, {} left out ({} done before){}: {}\n", counted(result.takes.size(), "take"),
                           result.left_out.size(), result.kept, size, given.folder.string()));
   }
   return result.takes.empty() && result.kept == 0 ? kExitBadInput : kExitDone;

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_encoding.h"
@@ -135,7 +136,7 @@ int runAnchors(const AnchorsArguments& given) {
   if (given.json) {
     printText(file);
   } else if (!given.quiet) {
-    printText(fmt::format("{} anchors {} -> {}\n", found.anchors.markers.size(), found.how, out.string()));
+    printText(fmt::format("{} {} -> {}\n", counted(found.anchors.markers.size(), "anchor"), found.how, out.string()));
   }
   return kExitDone;
 }
@@ -209,7 +210,9 @@ NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::
     named = {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
   } else {
     FoundAnchors found = findAnchors(mesh, bytes, file, object, AnchorSource::kAny);
-    printNotice(fmt::format("{}: found {} anchors {}", file.string(), found.anchors.markers.size(), found.how), quiet);
+    printNotice(
+        fmt::format("{}: found {} {}", file.string(), counted(found.anchors.markers.size(), "anchor"), found.how),
+        quiet);
     named = {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
   }
   refuseSeveralHeads(mesh, bytes, file, object, named);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
@@ -138,8 +139,8 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
     printText(fmt::format("{} of 52 ARKit shapes, {:.2f} mm RMS off the full motion of {:.2f} mm ({:.1f} mm at most)\n",
                           std::count(curves.has_shape.begin(), curves.has_shape.end(), true), curves.rms_error_mm,
                           curves.rms_motion_mm, curves.largest_error_mm));
-    printText(fmt::format("lips meet in {} frames, with the shapes in {} of these; {:.1f} shapes over 0 a frame\n",
-                          curves.closures, curves.closures_kept,
+    printText(fmt::format("lips meet in {}, with the shapes in {} of these; {:.1f} shapes over 0 a frame\n",
+                          counted(curves.closures, "frame"), curves.closures_kept,
                           asReal((curves.weights.array() > 0).count()) / std::max(1.0, asReal(curves.weights.rows()))));
   }
 }
@@ -181,8 +182,8 @@ int runApply(const ApplyArguments& given) {
     save(Performance(performance), given.out);
   }
   if (!given.quiet)
-    printText(fmt::format("{} frames on '{}' -> {}\n", performance->animation.motion.frameCount(), face.rig().name(),
-                          given.out.string()));
+    printText(fmt::format("{} on '{}' -> {}\n", counted(performance->animation.motion.frameCount(), "frame"),
+                          face.rig().name(), given.out.string()));
   return kExitDone;
 }
 

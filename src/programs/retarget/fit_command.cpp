@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
@@ -119,8 +120,8 @@ int runFit(const FitArguments& given) {
   if (!page.empty()) writeFacePage(page, face, rig, report, anchors, dressingOf(bytes, request.mesh_file));
   printFace(face, report, given.json, given.quiet);
   if (!is_faulty) return kExitDone;
-  printNotice(fmt::format("{}: {} ({} faults in all; {} shows it); {}", given.out.string(), report.faults().front(),
-                          report.faults().size(), page.string(),
+  printNotice(fmt::format("{}: {} ({} in all; {} shows it); {}", given.out.string(), report.faults().front(),
+                          counted(report.faults().size(), "fault"), page.string(),
                           given.even_if_faulty ? "written all the same" : "not written, see --even-if-faulty"),
               false);
   printNotice(fmt::format("{0}: its anchors were found, not clicked: look where they are with `retarget anchors {0} "

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
@@ -277,7 +278,8 @@ int runShapes(const ShapesArguments& given) {
                              {"weakened_by", weakened_by},
                              {"faults", faults}});
   } else if (!given.quiet) {
-    printText(fmt::format("{} shapes on '{}' -> {}\n", set.names.size(), own.rig().name(), given.out.string()));
+    printText(
+        fmt::format("{} on '{}' -> {}\n", counted(set.names.size(), "shape"), own.rig().name(), given.out.string()));
     if (!kept.empty()) printText(fmt::format("  the head's own     {}: kept as they are\n", fmt::join(kept, ", ")));
     printText(fmt::format("  lips that meet     {:.2f} mm apart at most\n", facts.closing_gap_mm));
     printText(fmt::format("  left and right     {:.2f} mm apart (RMS), {:.2f} at most, over {:.0f} % of what moves\n",

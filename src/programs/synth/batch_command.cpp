@@ -8,6 +8,7 @@
 #include <span>
 
 #include "audio/audio_clip.h"
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
@@ -167,7 +168,8 @@ class BatchRun {
         line.hint = options_.hint;
     }
     if (options_.check) {
-      printText(fmt::format("{} lines, {} rows that cannot be used\n", list_.lines.size(), list_.faults.size()));
+      printText(fmt::format("{}, {} that cannot be used\n", counted(list_.lines.size(), "line"),
+                            counted(list_.faults.size(), "row")));
       return list_.faults.empty() ? kExitDone : kExitBadInput;
     }
     if (list_.lines.empty()) return kExitBadInput;  // what is wrong with each row has been told
@@ -394,8 +396,8 @@ class BatchRun {
           return record.status == LineRecord::Status::kFailed;
         }));
     if (!options_.quiet) {
-      printText(fmt::format("{} of {} lines made in {}", records_.size() - failed, records_.size() + ownFaults().size(),
-                            options_.out_folder.string()));
+      printText(fmt::format("{} of {} made in {}", records_.size() - failed,
+                            counted(records_.size() + ownFaults().size(), "line"), options_.out_folder.string()));
       if (const std::size_t kept = records_.size() - missing_.size(); kept > 0)
         printText(fmt::format(", {} of them before", kept));
       printText(fmt::format("; worst first in {}\n", (options_.out_folder / (stem_ + ".html")).string()));

@@ -1,3 +1,4 @@
+#include "base/counted.h"
 #include "programs/synth/batch_input.h"
 
 #include <fmt/format.h>
@@ -132,10 +133,11 @@ Columns columnsOf(const DelimitedTable::Row& first, const std::string& file) {
   }
   if (!columns.has(Use::kId) && !has_words) {
     if (first.cells.size() != 2)
-      throw InputError(file, std::to_string(first.line),
-                       fmt::format("found {} columns without names; expected a first row that names them, with id and "
-                                   "text, audio or song, among them",
-                                   first.cells.size()));
+      throw InputError(
+          file, std::to_string(first.line),
+          fmt::format("found {} without names; expected a first row that names them, with id and text, audio "
+                      "or song, among them",
+                      counted(first.cells.size(), "column")));
     return {{{Use::kId, 0}, {Use::kText, 1}}, {}, {}, 2, false};
   }
   if (!has_words && columns.languages.empty())
@@ -167,7 +169,7 @@ class ListReader {
     for (std::size_t i = columns_.has_header ? 1 : 0; i < table.rows.size(); ++i) readRow(table.rows[i]);
     if (empty_cells_ > 0)
       list_.notices.push_back(
-          fmt::format("has {} empty cells in its columns of languages: these are left out", empty_cells_));
+          fmt::format("has {} in its columns of languages, left out", counted(empty_cells_, "empty cell")));
     if (list_.lines.empty() && list_.faults.empty()) refuseEmpty();
     std::stable_sort(list_.faults.begin(), list_.faults.end(),
                      [](const RowFault& a, const RowFault& b) { return a.row < b.row; });
@@ -199,7 +201,7 @@ class ListReader {
   void readRow(const DelimitedTable::Row& row) {
     const auto fault = [&](std::string what) { list_.faults.push_back({row.line, std::move(what)}); };
     if (row.cells.size() != columns_.count) {
-      return fault(fmt::format("found {} cells; expected {}{}", row.cells.size(), columns_.count,
+      return fault(fmt::format("found {}; expected {}{}", counted(row.cells.size(), "cell"), columns_.count,
                                row.cells.size() > columns_.count ? " (put a text with commas in quotes)" : ""));
     }
     BatchLine line;
@@ -351,7 +353,7 @@ std::map<std::string, SpeakerOptions> readCast(const std::filesystem::path& path
     std::string speaker;
     if (row.cells.size() != header.cells.size())
       throw InputError(path.string(), std::to_string(row.line),
-                       fmt::format("found {} cells; expected {}", row.cells.size(), header.cells.size()));
+                       fmt::format("found {}; expected {}", counted(row.cells.size(), "cell"), header.cells.size()));
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const std::string name = lowerCase(trimmed(header.cells[i])), value(trimmed(row.cells[i]));
       if (name == "speaker") {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "programs/synth/batch_manifest.h"
 #include "programs/synth/commands.h"
@@ -87,9 +88,9 @@ int runMerge(const MergeOptions& options) {
   const std::size_t missing = all.lines_in_list - std::min(all.lines_in_list, all.lines.size());
   writeManifest(out_folder, "manifest", all);
   if (!options.quiet) {
-    printText(fmt::format("{} manifests: {} of {} lines made, {} failed, {} missing, {} in two manifests -> {}\n",
-                          manifests, made, all.lines_in_list, all.lines.size() - made, missing, merger.twice,
-                          (out_folder / "manifest.html").string()));
+    printText(fmt::format("{}: {} of {} made, {} failed, {} missing, {} in two manifests -> {}\n",
+                          counted(manifests, "manifest"), made, counted(all.lines_in_list, "line"),
+                          all.lines.size() - made, missing, merger.twice, (out_folder / "manifest.html").string()));
   }
   return made == all.lines_in_list ? kExitDone : kExitBadInput;
 }

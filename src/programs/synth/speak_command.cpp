@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/counted.h"
 #include "base/errors.h"
 #include "base/text_encoding.h"
 #include "phonetics/labels/label_files.h"
@@ -232,9 +233,9 @@ int runSpeak(const SpeakOptions& options) {
   } else if (!options.quiet) {
     const auto backed_off = std::count_if(performance.units().begin(), performance.units().end(),
                                           [](const PerformedUnit& unit) { return unit.is_backoff; });
-    printText(fmt::format("{:.2f} s of speech from {} unit{}, {} backed off; {:.3f} x real time\n",
-                          performance.duration(), performance.units().size(),
-                          performance.units().size() == 1 ? "" : "s", backed_off, performance.realTimeFactor()));
+    printText(fmt::format("{:.2f} s of {} from {}, {} backed off; {:.3f} x real time\n", performance.duration(),
+                          line.is_sung ? "song" : "speech", counted(performance.units().size(), "unit"), backed_off,
+                          performance.realTimeFactor()));
     for (const std::filesystem::path& file : files) printText("  " + file.string() + "\n");
   }
   return kExitDone;

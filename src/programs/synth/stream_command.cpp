@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "base/counted.h"
 #include "base/text_numbers.h"
 #include "programs/synth/commands.h"
 #include "programs/synth/stream_ends.h"
@@ -371,11 +372,11 @@ void tellCounts(const LiveCounts& counts, const StreamFeeder& feeder, const Stre
     return;
   }
   std::string told =
-      fmt::format("{} frames, {} at rest for want of input; {} chunks, {} lost, {} late, {} doubled", counts.frames,
-                  counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled);
+      fmt::format("{}, {} at rest for want of input; {}, {} lost, {} late, {} doubled", counted(counts.frames, "frame"),
+                  counts.frames_at_rest, counted(counts.chunks, "chunk"), counts.dropped, counts.late, counts.doubled);
   if (counts.missing > 0) told += fmt::format(", {:.2f} s missing", counts.missing);
-  if (counts.restarts > 0) told += fmt::format(", {} restarts of the sender's clock", counts.restarts);
-  if (counts.unusable_samples > 0) told += fmt::format(", {} unusable samples", counts.unusable_samples);
+  if (counts.restarts > 0) told += fmt::format(", {} of the sender's clock", counted(counts.restarts, "restart"));
+  if (counts.unusable_samples > 0) told += fmt::format(", {}", counted(counts.unusable_samples, "unusable sample"));
   if (feeder.leftOut() > 0) told += fmt::format("; {} words or sentences left out", feeder.leftOut());
   printNotice(told, options.quiet);
 }

@@ -173,7 +173,7 @@ TEST_F(Batch, ARowThatCannotBeUsedIsOneShards) {
   EXPECT_NE(first.out.find("1 of 2 lines made"), std::string::npos) << first.out;
   const ProgramResult second = batch(list, "out", {"--format", "wav", "--shard", "2/2"});
   EXPECT_EQ(second.exit_code, 0) << second.err;
-  EXPECT_NE(second.out.find("1 of 1 lines made"), std::string::npos) << second.out;
+  EXPECT_NE(second.out.find("1 of 1 line made"), std::string::npos) << second.out;
 }
 
 TEST_F(Batch, SpeakersHaveTheirVoices) {
@@ -185,6 +185,30 @@ TEST_F(Batch, SpeakersHaveTheirVoices) {
   EXPECT_EQ(manifest("out/Bob/a.json")["voice"], "flite:rms");
   EXPECT_EQ(manifest("out/Ann/b.json")["voice"], "flite:slt");
   EXPECT_TRUE(readAll(path("out/Bob/a.json")) == readAll(path("out/Bob/c.json")));
+}
+
+TEST_F(Batch, VoicesGiveWayToALinesLanguage) {
+  const std::string list = "id,speaker,text,language\na,Bob,now,\nb,Bob,nun,de\nc,Ann,nun,de\n";
+  const std::string cast = folder_.write("cast.csv", "speaker,voice\nBob,flite:rms\n").string();
+  const ProgramResult result = batch(list, "out", {"-o", "{id}.json", "--cast", cast});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(manifest("out/a.json")["voice"], "flite:rms");
+  EXPECT_EQ(manifest("out/b.json")["voice"], "espeak:de");
+  EXPECT_EQ(manifest("out/c.json")["voice"], "espeak:de");
+  EXPECT_NE(result.err.find("flite:rms speaks no German: espeak:de does"), std::string::npos) << result.err;
+
+  const std::string both = folder_.write("both.csv", "speaker,voice,language\nBob,flite:rms,de\n").string();
+  const ProgramResult odd = batch(list, "odd", {"-o", "{id}.json", "--cast", both});
+  EXPECT_EQ(odd.exit_code, 1);
+  EXPECT_NE(odd.err.find("both.csv:Bob: found the voice flite:rms for text in German; expected espeak:de"),
+            std::string::npos)
+      << odd.err;
+  EXPECT_EQ(batch(list, "odd", {"-o", "{id}.json", "--language", "de"}).exit_code, 1) << "of the command line, both";
+  EXPECT_FALSE(fs::exists(path("odd")));
+}
+
+TEST_F(Batch, CountsOneAsOne) {
+  EXPECT_EQ(batch("id,text\na,now\nb,\n", "out", {"--check"}).out, "1 line, 1 row that cannot be used\n");
 }
 
 TEST_F(Batch, RefusesNamesThatLeaveTheFolder) {
