@@ -8,6 +8,7 @@
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/samples_to_hear.h"
+#include "hearing/alignment/untold_speech.h"
 #include "hearing/network/network_doubt.h"
 #include "hearing/network/network_phones.h"
 #include "hearing/recognition/recogniser.h"
@@ -138,6 +139,8 @@ LineSound LineSounds::alignRecording(const Line& source) {
   }
   ForcedAlignment alignment =
       aligner().align(to_hear, lasts, words, source.audio.string(), kind, BorderTimes::kFine, heard);
+  const std::string untold = source.is_sung ? "" : untoldSpeech(to_hear.all(), alignment.labels);
+  to_hear.letGo();
   if (is_long) {
     aligner_.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
@@ -148,6 +151,7 @@ LineSound LineSounds::alignRecording(const Line& source) {
   }
   if (is_long) line.audio = readRecording(source.audio);
   addNotice(line, doubtsAbout(alignment));
+  addNotice(line, untold);
   addNotice(line, failure);
   line.labels = std::move(alignment.labels);
   return made;
@@ -195,7 +199,10 @@ LineSound LineSounds::readLabelled(const Line& source) {
   LineSound made = recorded(source);
   SpokenLine& line = made.line;
   line.labels = readLabels(source.phones, {.language = &language_});
-  if (!source.is_sung) line.notice = doubtsAbout(line.labels, line.audio, aligner(), source.audio.string());
+  if (!source.is_sung) {
+    line.notice = doubtsAbout(line.labels, line.audio, aligner(), source.audio.string());
+    addNotice(line, untoldSpeech(SamplesToHear(line.audio).all(), line.labels));
+  }
   line.text = source.text;
   for (const LabelledWord& word : line.labels.words) {
     if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/untold_speech.h"
 #include "hearing/network/network_doubt.h"
 #include "hearing/network/network_phones.h"
 #include "phonetics/labels/label_files.h"
@@ -77,6 +78,8 @@ int runAlign(const AlignArguments& given) {
   if (!fault.empty()) printNotice(fault, given.quiet);
   writeLabels(given.output, alignment.labels, {.name = given.audio.stem().string()});
   noteDoubtfulWords(alignment, given.quiet);
+  const std::string untold = given.sung ? "" : untoldSpeech(to_hear.all(), alignment.labels);
+  if (!untold.empty()) printNotice(untold, given.quiet);
   if (given.json) {
     printWords(alignment);
   } else if (!given.quiet) {
