@@ -9,6 +9,7 @@
 #include "base/child_process.h"
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "phonetics/language/language_tag.h"
 #include "voices/engines.h"
 
 namespace mouthpiece {
@@ -109,7 +110,7 @@ std::string voiceFor(const Language& language) {
 
 std::optional<std::string> voiceOfRegion(std::string_view tag) {
   constexpr std::string_view kEspeak = "espeak:";
-  const std::string wanted = lowerCase(tag);
+  const std::string wanted = plainTag(tag);
   for (const VoiceRow& row : kVoices) {
     if (!row.name.starts_with(kEspeak)) continue;
     const std::string_view region = row.name.substr(kEspeak.size());

@@ -146,8 +146,9 @@ const Language* untunedLanguage(std::string_view lower_case_tag) {
     }
     return all;
   }();
-  const auto found = std::find_if(kAll.begin(), kAll.end(),
-                                  [&](const Language& known) { return lowerCase(known.tag) == lower_case_tag; });
+  const auto found = std::find_if(kAll.begin(), kAll.end(), [&](const Language& known) {
+    return lowerCase(known.tag) == lower_case_tag || lowerCase(known.name) == lower_case_tag;
+  });
   return found == kAll.end() ? nullptr : &*found;
 }
 

@@ -10,7 +10,7 @@ namespace mouthpiece {
 /// The languages that eSpeak NG says for us and that have a row of their own.
 const std::vector<Language>& espeakRows();
 
-/// Any other of eSpeak NG's list, untuned; nullptr for a tag that it does not know.
+/// Any other of eSpeak NG's list by its tag or its English name, untuned; nullptr for one that it does not know.
 const Language* untunedLanguage(std::string_view lower_case_tag);
 
 /// Whether eSpeak NG gives no usable phones of the language, Cantonese: untunedLanguage() lacks it.

@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/text_encoding.h"
 #include "phonetics/language/espeak_languages.h"
+#include "phonetics/language/language_tag.h"
 
 namespace mouthpiece {
 namespace {
@@ -31,6 +32,28 @@ std::string usualTag(const std::string& lower_case) {
   const std::string_view language = std::string_view(lower_case).substr(0, lower_case.find('-'));
   const auto* const other = std::ranges::find(kOther, language, &std::pair<std::string_view, std::string_view>::first);
   return other == kOther.end() ? lower_case : std::string(other->second) + lower_case.substr(language.size());
+}
+
+/// What else languages are called, in lower case; their own names in English are in their rows.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kNames{{{"de", "deutsch"},
+                                                                                {"es", "español espanol castellano"},
+                                                                                {"fr", "français francais"},
+                                                                                {"it", "italiano"},
+                                                                                {"pt", "português portugues"},
+                                                                                {"pt-BR", "brazilian"},
+                                                                                {"pl", "polski"},
+                                                                                {"nl", "nederlands flemish"},
+                                                                                {"zh", "chinese 中文 汉语 漢語 普通话"},
+                                                                                {"ja", "日本語 nihongo"}}};
+
+const Language* languageNamed(const std::string& lower_case) {
+  for (const Language* language : ownLanguages()) {
+    const auto* const names =
+        std::ranges::find(kNames, language->tag, &std::pair<std::string_view, std::string_view>::first);
+    if (lowerCase(language->name) == lower_case || (names != kNames.end() && isWordOf(names->second, lower_case)))
+      return language;
+  }
+  return nullptr;
 }
 
 constexpr std::array<std::string_view, 12> kIpaMarks = {"ː", "ˑ", "ˈ", "ˌ", "ʰ", "ʷ", "̩", "̃", "͡", "̚", "̯", "̥"};
@@ -68,8 +91,15 @@ const LanguagePhone* Language::find(Phone phone) const {
 
 std::span<const Language* const> languages() { return ownLanguages(); }
 
+std::string plainTag(std::string_view tag) {
+  std::string plain = lowerCase(tag.substr(0, tag.find_first_of(".@")));
+  std::replace(plain.begin(), plain.end(), '_', '-');
+  return plain;
+}
+
 const Language& languageOf(std::string_view tag) {
-  const std::string wanted = usualTag(lowerCase(tag));
+  if (const Language* named = languageNamed(lowerCase(tag))) return *named;
+  const std::string wanted = usualTag(plainTag(tag));
   for (std::string_view part = wanted; !part.empty(); part = part.substr(0, part.rfind('-'))) {
     for (const Language* language : ownLanguages()) {
       if (lowerCase(language->tag) == part) return *language;

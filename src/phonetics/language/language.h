@@ -116,8 +116,9 @@ const Language& japanese();
 /// Those that were tried and measured, English first.
 std::span<const Language* const> languages();
 
-/// The language of a BCP 47 tag in any case ("en", "en-US"): where the whole is unknown, without its last parts. Any
-/// language that eSpeak NG has is one, though `is_tuned` is false. Throws InputError naming the tuned ones.
+/// The language of a tag or a locale, as plainTag() takes them: where the whole is unknown, without its last parts; or
+/// of a language's name in English, or in itself ("German", "Deutsch"). Any language that eSpeak NG has is one, though
+/// `is_tuned` is false. Throws InputError naming the tuned ones.
 const Language& languageOf(std::string_view tag);
 
 /// The phones of a text in IPA, in the order that they are said: a sound's own row where there is one, else the nearest

@@ -54,6 +54,7 @@ std::string languageTagOf(std::string_view column) {
   for (const std::string_view before : {"text_", "text-", "text:", "text "}) {
     if (lowerCase(name).starts_with(before)) name.erase(0, before.size());
   }
+  if (name.find('.') != std::string::npos) return "";
   std::replace(name.begin(), name.end(), '_', '-');
   const std::size_t part = std::min(name.find('-'), name.size());
   if (part < 2 || part > 3 || name.size() > 11) return "";
@@ -236,8 +237,11 @@ class ListReader {
   void readLine(const DelimitedTable::Row& row, BatchLine line, const Fault& fault) {
     line.key = line.id;
     line.language = columns_.cell(row, Use::kLanguage);
-    if (!line.language.empty() && languageTagOf(line.language).empty())
-      return fault(fmt::format("found the language '{}'; expected a tag as de or pt-BR", printable(line.language)));
+    try {
+      if (!line.language.empty()) languageOf(line.language);
+    } catch (const InputError& error) {
+      return fault(error.what());
+    }
     const std::string audio = columns_.cell(row, Use::kAudio);
     line.line.text = columns_.cell(row, Use::kText);
     if (!columns_.cell(row, Use::kSong).empty()) return readSong(row, std::move(line), fault);

@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "phonetics/labels/syllables.h"
 #include "phonetics/labels/textgrid.h"
+#include "phonetics/language/language_tag.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
 #include "support/error_of.h"
@@ -107,13 +108,21 @@ TEST(Languages, AreFoundByTheirTags) {
         std::pair("zh-Hans-CN", "Mandarin"), std::pair("cmn", "Mandarin"), std::pair("JA", "Japanese"),
         std::pair("sv-SE", "Swedish"), std::pair("iw", "Hebrew"), std::pair("in-ID", "Indonesian")})
     EXPECT_EQ(languageOf(tag).name, name) << tag;
+  for (const auto& [name, tag] :
+       {std::pair("de_DE", "de"), std::pair("DE_de.UTF-8", "de"), std::pair("de_DE@euro", "de"),
+        std::pair("pt_BR.UTF-8", "pt-BR"), std::pair("en_GB", "en"), std::pair("sv_SE.utf8", "sv"),
+        std::pair("German", "de"), std::pair("deutsch", "de"), std::pair("Français", "fr"), std::pair("english", "en"),
+        std::pair("Spanish of Latin America", "es-419"), std::pair("日本語", "ja"), std::pair("Swedish", "sv"),
+        std::pair("polski", "pl"), std::pair("Chinese", "zh")})
+    EXPECT_EQ(languageOf(name).tag, tag) << name;
+  EXPECT_EQ(plainTag("pt_BR.UTF-8"), "pt-br");
   EXPECT_EQ(&languageOf("no"), &languageOf("nb-NO"));
   EXPECT_NE(errorOf([] { languageOf("yue-HK"); }).find("'yue-HK', of which eSpeak NG gives no usable phones"),
             std::string::npos);
   EXPECT_TRUE(languageOf("de").is_tuned);
   EXPECT_FALSE(languageOf("sv").is_tuned);
   EXPECT_EQ(&languageOf("sv"), &languageOf("sv-SE"));
-  for (const char* tag : {"", "-", "xx", "e", "eng", "x-en"})
+  for (const char* tag : {"", "-", "xx", "e", "eng", "x-en", "C.UTF-8", "of", "_"})
     EXPECT_NE(errorOf([&] { languageOf(tag); }).find("expected one of en"), std::string::npos) << tag;
 }
 

@@ -48,7 +48,8 @@ TEST(VoiceTable, EveryLanguageOfEspeakIsAVoice) {
 }
 
 TEST(VoiceTable, BritishEnglishHasAVoiceOfItsOwn) {
-  for (const char* tag : {"en-GB", "en-gb", "en-GB-oxendict"}) EXPECT_EQ(voiceOfRegion(tag), "espeak:en-gb") << tag;
+  for (const char* tag : {"en-GB", "en-gb", "en-GB-oxendict", "en_GB.UTF-8"})
+    EXPECT_EQ(voiceOfRegion(tag), "espeak:en-gb") << tag;
   for (const char* tag : {"en", "en-US", "en-AU", "pt-BR", "es-419", "de", "en-gbx", ""})
     EXPECT_EQ(voiceOfRegion(tag), std::nullopt) << tag;
 }
