@@ -34,6 +34,16 @@ try {
     await page.mouse.click(x, y);
   }
   assert.equal(await page.evaluate(() => window.picker.complaint()), '');
+  // Skin that folds beside lips and eyes does not turn the face to its side.
+  const folded = Object.entries(LANDMARKS).filter(([name]) => /^(LIP_CORNER|CANTHUS_OUT)/.test(name)).map(([, vertex]) => vertex);
+  assert.equal(await page.evaluate((vertices) => {
+    const { normals, complaint } = window.picker;
+    const before = normals.slice();
+    for (const v of vertices) normals.set([1, 0, 0], 3 * v);
+    const told = complaint();
+    normals.set(before);
+    return told;
+  }, folded), '');
   // A click in the wrong place is told of, and taken back.
   await page.locator('#list button').nth(0).click();
   const left = await page.evaluate((v) => window.picker.shownAt(window.picker.at(v)), LANDMARKS.CANTHUS_OUT_L);
