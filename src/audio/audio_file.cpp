@@ -21,6 +21,7 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "base/text_encoding.h"
+#include "base/text_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -301,6 +302,18 @@ SoundBytes bytesOf(const FileReader& file) {
   return {file.size(), [&](std::uint64_t at, std::span<char> to) { return file.read(at, to); }};
 }
 
+/// How long a foreign file says that it lasts; nullopt where it says nothing, or ffprobe is not there.
+std::optional<Seconds> toldDuration(const std::filesystem::path& folder, const std::string& file) {
+  constexpr Seconds kTimeLimit = 20;
+  const auto ffprobe = findProgram("ffprobe");
+  if (!ffprobe) return std::nullopt;
+  const ChildResult result = runChild(
+      *ffprobe,
+      {"-v", "error", "-protocol_whitelist", "file", "-show_entries", "format=duration", "-of", "csv=p=0", file},
+      folder, kTimeLimit);
+  return parseNumber(std::string_view(result.output).substr(0, result.output.find('\n')));
+}
+
 /// A foreign file as the WAV that ffmpeg makes of it.
 AudioClip throughFfmpeg(const std::filesystem::path& path, std::string_view kind, const AudioLimits& limits) {
   constexpr Seconds kTimeLimit = 600;
@@ -314,6 +327,8 @@ AudioClip throughFfmpeg(const std::filesystem::path& path, std::string_view kind
   }
   const PrivateFolder folder;
   writeFileAtomically(folder.path() / "foreign", readFile(path));
+  if (const std::optional<Seconds> told = toldDuration(folder.path(), "foreign"); told && *told > limits.most + 1)
+    throw InputError(name, "", fmt::format("claims {:.0f} s of sound; expected at most {:.0f} s", *told, limits.most));
   const ChildResult result =
       runChild(*ffmpeg,
                {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-af",

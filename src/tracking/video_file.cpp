@@ -236,7 +236,10 @@ VideoSound readVideo(const fs::path& path, const VideoReading& options,
   if (images.count == 0 && images.ffmpeg.output.find("matches no streams") != std::string::npos)
     images = readImages(*ffmpeg, ffmpegArguments(path, folder.path(), options, false), folder.path(), name, see);
   if (images.count == 0)
-    throw InputError(name, "", fmt::format("shows no picture: {}", lastLine(images.ffmpeg.output)));
+    throw InputError(name, "",
+                     images.ffmpeg.output.find("matches no streams") != std::string::npos
+                         ? "has no pictures; expected a video"
+                         : fmt::format("shows no picture: {}", lastLine(images.ffmpeg.output)));
   VideoSound read;
   read.times = stampsIn(folder.path() / "stamps");
   if (read.times.size() < images.count)

@@ -140,8 +140,9 @@ bool isUnspeakable(char32_t c, const TextRules& rules) {
          spelledIn(kPlainSigns, c).empty() && plainLatinLetters(c).empty() && !isSign(c);
 }
 
-/// Throws InputError for more than `longest` characters; `most` are those that a text may have.
-std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::size_t most) {
+/// Throws InputError for more than `longest` characters; `most` are those that a text may have. `is_read`: as it is
+/// read, with words for its numbers and the like.
+std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::size_t most, bool is_read) {
   std::vector<char32_t> characters;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = decodeUtf8(text, i);
@@ -149,7 +150,8 @@ std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::si
     characters.push_back(isFullWidth(*c) ? *c - 0xFF01 + '!' : *c);
     if (characters.size() > longest) {
       throw InputError("text", "",
-                       fmt::format("is longer than {} characters; expected a shorter line, or several", most));
+                       fmt::format("is longer than {} characters{}; expected a shorter line, or several", most,
+                                   is_read ? " once its numbers and signs are words" : ""));
     }
   }
   return characters;
@@ -341,7 +343,7 @@ std::string speakableText(std::string_view text, const Language& language,
                           const std::function<bool(std::string_view)>& is_known, std::size_t most) {
   const TextRules& rules = language.text;
   const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
-  std::vector<char32_t> characters = decode(joined, most, most);
+  std::vector<char32_t> characters = decode(joined, most, most, false);
   blankMarkup(characters);
   const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
   std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
@@ -360,7 +362,7 @@ std::string speakableText(std::string_view text, const Language& language,
       before = spoken;
       // Blanks that cut long words make it a little longer.
       const std::size_t readable = reading == 0 ? most : 2 * most;
-      spoken = tidy(Speller(decode(inWords(before), readable, most), rules).spell(), longest);
+      spoken = tidy(Speller(decode(inWords(before), readable, most, true), rules).spell(), longest);
     }
   }
   if (!hasWords(spoken)) {

@@ -4,6 +4,7 @@
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 #include "programs/outputs.h"
+#include "speaker/shared_files.h"
 
 namespace mouthpiece {
 namespace {
@@ -15,7 +16,7 @@ struct AdaptArguments {
 };
 
 int runAdapt(const AdaptArguments& given) {
-  const Corpus large = readCorpus(given.corpus, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
+  const Corpus large = readCorpus(corpusFile(given.corpus), CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   const Corpus own = readCorpus(given.own, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
   const Corpus adapted = adaptCorpus(large, own, given.jobs);
   writeCorpus(given.output, adapted);

@@ -237,6 +237,22 @@ TEST_F(AudioFileTest, RefusesTooLongSoundAndSamplesThatAreNoNumbers) {
             std::string::npos);
 }
 
+TEST_F(AudioFileTest, RefusesForeignSoundByTheLengthThatItTells) {
+  const auto ffmpeg = findProgram("ffmpeg");
+  if (!ffmpeg || !findProgram("ffprobe")) GTEST_SKIP() << "no ffmpeg";
+  const ChildResult made = runChild(
+      *ffmpeg,
+      {"-v", "error", "-f", "lavfi", "-i", "sine=440:duration=10", "-movflags", "+faststart", "-y", "long.m4a"},
+      file(""), 60);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  EXPECT_EQ(readAudio(file("long.m4a")).duration() > 9, true);
+  // Of its sound nothing is there to be decoded: what is refused is what the beginning tells.
+  const std::string bytes = readFile(file("long.m4a"));
+  writeFileAtomically(file("head.m4a"), std::string_view(bytes).substr(0, bytes.find("mdat") + 4));
+  EXPECT_NE(errorOf([&] { readAudio(file("head.m4a"), {.most = 5}); }).find("claims 10 s of sound; expected at most 5"),
+            std::string::npos);
+}
+
 TEST_F(AudioFileTest, ALongOneComesAtTheRateThatIsHeard) {
   writeWav(file("long.wav"), sine(44100, 440, 2 * 44100));
   const AudioClip own = readAudio(file("long.wav"), {.own_rate_until = 2}),

@@ -86,6 +86,12 @@ TEST(SpeakableText, RefusesNothingToSayBrokenBytesAndEndlessText) {
             "text: is longer than 100000 characters; expected a shorter line, or several");
 }
 
+TEST(SpeakableText, TellsOfNumbersThatAreTooLongAsWords) {
+  EXPECT_EQ(errorOf([] { speakableText(std::string(4500, '7')); }),
+            "text: is longer than 20000 characters once its numbers and signs are words; expected a shorter line, or "
+            "several");
+}
+
 TEST(SpeakableText, BreaksUpEndlessWordsAndRowsOfSigns) {
   const std::string endless(100, 'a'), longest(40, 'a'), rest(20, 'a');
   EXPECT_EQ(speakableText(endless + "!!!!!!!!"), longest + " " + longest + " " + rest + "!!!");

@@ -239,6 +239,10 @@ TEST_F(TrackProgram, SaysWhyAClipIsLeftOut) {
   EXPECT_NE(result.err.find("left out text: "), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("shows no picture"), std::string::npos) << result.err;
   EXPECT_FALSE(fs::exists(scratch.path() / "out" / "text.c3d"));
+  const fs::path sound = scratch.path() / "sound.wav";
+  writeWav(sound, {16000, std::vector<float>(16000, 0.1F)});
+  const auto heard = track({sound.string(), "--out", (scratch.path() / "out").string()});
+  EXPECT_NE(heard.err.find("has no pictures; expected a video"), std::string::npos) << heard.err;
 }
 
 TEST_F(TrackProgram, RefusesTwoClipsOfOneName) {
