@@ -202,6 +202,14 @@ Song readSong(const std::filesystem::path& path) {
     expectText(bytes, path.string(),
                kindOfNoText(bytes).starts_with("a sound") ? "a written song, whose sound may go beside it as audio"
                                                           : "a written song");
+  if (format == kFormats.end() && bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF") != bytes.find('{')) {
+    std::string endings;
+    for (const SongFormat& known : kFormats) endings += fmt::format(" {}", known.ending);
+    throw InputError(path.string(), "",
+                     fmt::format("is no song by its name; expected one that ends in{} (the words of a recording are "
+                                 "its lyrics)",
+                                 endings));
+  }
   return reader.parse(bytes, path.string());
 }
 

@@ -62,7 +62,8 @@ struct SongFormat {
 /// All that readSong reads, the one that other endings stand for first.
 std::span<const SongFormat> songFormats();
 
-/// Reads a song by the ending of its name, MIDI by its first bytes. Throws InputError naming file and place.
+/// Reads a song by the ending of its name, MIDI by its first bytes and JSON by its brace. Throws InputError naming file
+/// and place.
 Song readSong(const std::filesystem::path& path);
 
 Song parseSongJson(std::string_view bytes, std::string_view name);

@@ -258,9 +258,15 @@ std::vector<std::size_t> LineSounds::guessedWords(const SpeechLabels& labels) {
 
 LineSound LineSounds::songOf(const Line& source) {
   const Song song = readSong(source.song);
+  const bool is_singable = &language_ == &english() || &language_ == &japanese() || lexicon_ != nullptr;
+  if (!options_.language.empty() && !is_singable)
+    throw InputError("language", "",
+                     fmt::format("found {} for a written song, whose words are read as English or kana; expected en, "
+                                 "ja, or a lexicon of its words",
+                                 language_.name));
   AudioClip sound;
   if (!source.audio.empty()) sound = readRecording(source.audio);  // before Festival sings for nothing
-  SungLine sung = singSong(song, {{}, lexicon_, {}});
+  SungLine sung = singSong(song, {source.audio.empty() ? options_.voice : std::string(), lexicon_, {}});
   if (source.audio.empty()) return {std::move(sung)};
   sung = besideSound(std::move(sung), std::move(sound), source.song_offset, aligner(), source.audio.string());
   sung.line.voice = recordedVoice(source.audio);

@@ -303,6 +303,11 @@ TEST(SongReaders, AreChosenByTheEnding) {
               (folder / name).string() +
                   ": is a sound (WAV); expected a written song, whose sound may go beside it as audio");
   }
+  std::ofstream(folder / "words.txt") << "twinkle, twinkle\n";
+  EXPECT_NE(errorOf([&] {
+              readSong(folder / "words.txt");
+            }).find("expected one that ends in .json .musicxml .xml .mxl .mid .kar .ust .srt"),
+            std::string::npos);
   std::ofstream(folder / "b.json") << midi;
   EXPECT_NE(errorOf([&] { readSong(folder / "b.json"); }).find("MIDI"), std::string::npos) << "by its first bytes";
   std::filesystem::remove_all(folder);
