@@ -20,10 +20,12 @@ namespace mouthpiece {
 
 /// What a speaker is made of. The defaults are those of the program `synth`.
 struct MOUTHPIECE_API SpeakerOptions {
-  std::filesystem::path corpus;                          ///< empty: the sample corpus
-  std::filesystem::path face;                            ///< empty: the default face
-  bool with_face = true;                                 ///< off: sound, labels and markers alone; no face is opened
-  std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
+  std::filesystem::path corpus;  ///< empty: the sample corpus
+  std::filesystem::path face;    ///< empty: the default face
+  bool with_face = true;         ///< off: sound, labels and markers alone; no face is opened
+  std::string voice;             ///< asked for: one of voiceNames(); empty: usual_voice
+  /// Speaks where no voice is asked for and the language, if any is, is its own; else the language's first voice does.
+  std::string usual_voice = "festival:cmu_us_slt_arctic_hts";
   std::optional<double> rate;  ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
   std::string language;        ///< BCP 47: of the text, the recording, its labels; empty: the voice's
   /// How a recording without its words is heard; with its words, whether they are held against what is heard by words.

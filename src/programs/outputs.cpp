@@ -3,6 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 
 #include "base/errors.h"
@@ -15,7 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The command's options and arguments, those of its groups among them.
+/// Options whose values are words, not files.
+constexpr std::array<std::string_view, 8> kWords{"--hint",   "--language",   "--lyrics-text", "--name",
+                                                 "--object", "--transcript", "--unseen",      "--voice"};
+
+/// The command's options and arguments, those of its groups among them; none whose values are words.
 std::vector<const CLI::Option*> optionsOf(const CLI::App& command) {
   std::vector<const CLI::Option*> options = command.get_options();
   for (const CLI::App* group : command.get_subcommands(nullptr)) {
@@ -23,6 +32,9 @@ std::vector<const CLI::Option*> optionsOf(const CLI::App& command) {
     const std::vector<const CLI::Option*> more = group->get_options();
     options.insert(options.end(), more.begin(), more.end());
   }
+  std::erase_if(options, [](const CLI::Option* option) {
+    return std::ranges::any_of(kWords, [&](std::string_view name) { return option->check_name(std::string(name)); });
+  });
   return options;
 }
 
@@ -69,6 +81,18 @@ void checkOutputs(CLI::App& command, const std::vector<Output>& outputs) {
       return std::string();
     });
   }
+}
+
+void expectWritable(const fs::path& folder) {
+  std::error_code error;
+  fs::path there = fs::absolute(folder).lexically_normal();
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, error))
+    throw InputError(folder.string(), "", fmt::format("cannot be made: {} is no folder", there.string()));
+  std::string trial = (there / ".mouthpiece-XXXXXX").string();
+  if (::mkdtemp(trial.data()) == nullptr)
+    throw InputError(folder.string(), "", fmt::format("cannot be written: {}", std::strerror(errno)));
+  fs::remove(trial, error);
 }
 
 bool isSameFile(const fs::path& a, const fs::path& b) {

@@ -28,6 +28,9 @@ struct Output {
 /// folder's where a file is to be, for another ending than the kind's, and for a file of another kind.
 void checkOutputs(CLI::App& command, const std::vector<Output>& outputs);
 
+/// Throws InputError for a folder in which nothing can be written, or which cannot be made; nothing is left in it.
+void expectWritable(const std::filesystem::path& folder);
+
 /// Whether both are names of one file or folder, which may be there or not.
 bool isSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
 

@@ -13,7 +13,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <map>
 #include <new>
 #include <system_error>
 #include <thread>
@@ -23,7 +22,7 @@
 #include "base/errors.h"
 #include "base/json_text.h"
 #include "base/unfinished.h"
-#include "programs/config_file.h"
+#include "programs/config_defaults.h"
 #include "retarget/rig/face_file.h"
 #include "units/file/corpus.h"
 
@@ -35,6 +34,8 @@ constexpr std::chrono::milliseconds kRedrawEvery{100};
 constexpr std::size_t kBarWidth = 30;
 
 std::string_view program_name = "mouthpiece";  ///< of the arguments, which last as long as the process
+
+ConfigDefaults config_defaults;  ///< of this run
 
 std::string_view nameOf(std::string_view path) { return path.substr(path.find_last_of('/') + 1); }
 
@@ -181,53 +182,6 @@ std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
   return fmt::format("{} (`{} --help` tells more)\n", text, command);
 }
 
-/// The user's defaults that the command line does not give, as options before it. Throws InputError for a key that no
-/// command of the section has.
-std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char* const* argv) {
-  std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-  const std::filesystem::path file = configPath();
-  const std::vector<ConfigEntry> entries = readConfig(file);
-  const CLI::App* command = &app;
-  for (const CLI::App* each : app.get_subcommands(nullptr)) {
-    if (!arguments.empty() && each->get_name() == arguments.front()) command = each;
-  }
-  const bool has_command = command != &app;
-  const std::string whole = app.get_name(), full = has_command ? whole + " " + command->get_name() : whole;
-  const auto isGiven = [&](const CLI::Option& option) {
-    return std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
-      const std::string name = argument.substr(0, argument.find('='));
-      return name.starts_with('-') && option.check_name(name);
-    });
-  };
-  std::map<std::string, std::string> defaults;  // of a command's own section before the program's
-  for (const ConfigEntry& entry : entries) {
-    const std::string name = "--" + entry.key;
-    if (entry.section != whole && !entry.section.starts_with(whole + " ")) continue;
-    bool is_known = app.get_option_no_throw(name) != nullptr;
-    for (const CLI::App* each : app.get_subcommands(nullptr)) {
-      if (entry.section == whole || entry.section == whole + " " + each->get_name())
-        is_known |= each->get_option_no_throw(name) != nullptr;
-    }
-    if (!is_known)
-      throw InputError(file.string(), std::to_string(entry.line),
-                       fmt::format("found '{}'; expected an option of {}", printable(entry.key), entry.section));
-    const CLI::Option* option = command->get_option_no_throw(name);
-    if (option == nullptr || (entry.section != whole && entry.section != full) || isGiven(*option)) continue;
-    const auto excluded = option->get_excludes();
-    if (std::any_of(excluded.begin(), excluded.end(), [&](const CLI::Option* other) { return isGiven(*other); }))
-      continue;
-    if (entry.section == full) {
-      defaults[name] = entry.value;
-    } else {
-      defaults.try_emplace(name, entry.value);
-    }
-  }
-  std::vector<std::string> given;
-  for (const auto& [name, value] : defaults) given.push_back(name + "=" + value);
-  arguments.insert(arguments.begin() + (has_command ? 1 : 0), given.begin(), given.end());
-  return arguments;
-}
-
 /// An empty value is a variable that a script did not set: it is told, not taken for an option that is not given. Of a
 /// text whoever speaks it tells. Throws InputError, and CLI11's error for a negative number where CLI11 takes one for a
 /// large one.
@@ -243,7 +197,12 @@ void refuseOddValues(const CLI::App& app) {
 }
 
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
-  std::vector<std::string> arguments = withDefaults(app, argc, argv);
+  std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+  const bool asks_help = std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
+    return argument == "--help" || argument == "-h" || argument == "--version";
+  });
+  if (!asks_help) config_defaults = ConfigDefaults(app, arguments);
+  arguments = config_defaults.before(std::move(arguments));
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.failure_message(wrongUsage);
   try {
@@ -253,6 +212,8 @@ int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
     return kExitDone;
   } catch (const CLI::ParseError& error) {
     finished = true;
+    const std::string told = plainly(error.what(), app), placed = config_defaults.placed(told);
+    if (error.get_exit_code() != 0 && placed != told) return complain(placed);
     return app.exit(error) == 0 ? kExitDone : kExitWrongUsage;
   }
 }
@@ -328,7 +289,7 @@ int complainOfException() {
   try {
     throw;
   } catch (const InputError& error) {
-    return complain(error.what());
+    return complain(config_defaults.placed(error.what()));
   } catch (const InternalError& error) {
     return complain(fmt::format("internal error, please report it: {}", error.what()));
   } catch (const std::bad_alloc&) {
@@ -396,6 +357,8 @@ int runProgram(const Command& program, const std::vector<Command>& subcommands, 
   std::signal(SIGXFSZ, SIG_IGN);
   return runAction(app, argc, argv, [&chosen] { return chosen(); });
 }
+
+bool isUsersDefault(std::string_view option) { return config_defaults.has(option); }
 
 void addQuietFlag(CLI::App& app, bool& quiet) {
   app.add_flag("--quiet,-q", quiet, "Print neither progress nor notices");

@@ -41,6 +41,9 @@ int caught(int argc, const char* const* argv, int (*run)(int argc, const char* c
 /// subcommand. Wrong usage -> 2, `--help` -> 0. Throws what the command throws.
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv);
 
+/// Whether an option ("--voice") has its value from the user's config file, not from the command line.
+bool isUsersDefault(std::string_view option);
+
 /// The flag that all (sub)commands share: --quiet, no progress and no notices.
 void addQuietFlag(CLI::App& app, bool& quiet);
 /// --json, for the (sub)commands that print facts.

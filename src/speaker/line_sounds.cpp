@@ -214,7 +214,7 @@ LineSound LineSounds::speak(const std::string& text) {
   if (lexicon_)
     line_lexicon_ = lexiconForLine(*lexicon_, speakableText(text, language_), phonePairsOf(corpus_.data().units));
   if (!voice_) {
-    voice_ = makeVoice(options_.voice.empty() ? voiceFor(language_) : options_.voice,
+    voice_ = makeVoice(options_.usual_voice.empty() ? voiceFor(language_) : options_.usual_voice,
                        VoiceOptions{line_lexicon_ ? &*line_lexicon_ : nullptr, &corpus_.data().units,
                                     synthesis_.selection, options_.rate});
   }

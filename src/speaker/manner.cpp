@@ -6,9 +6,11 @@
 
 #include "base/errors.h"
 #include "expression/expression.h"
+#include "phonetics/language/language.h"
 #include "speaker/shared_files.h"
 #include "synthesis/line_edits.h"
 #include "synthesis/speech_dials.h"
+#include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
@@ -61,11 +63,30 @@ void expectUsable(const SpeakerOptions& options) {
     throw InputError(fmt::format("found {} frames a second; expected 23.976 to 240", manner.frame_rate_hz));
   if (!(manner.overlap_ms >= 0 && manner.overlap_ms <= 1000))
     throw InputError(fmt::format("found an overlap of {} ms; expected 0 to 1000", manner.overlap_ms));
-  if (options.rate && options.voice != "corpus")
-    throw InputError(fmt::format("found a speaking rate for the voice {}; expected the voice corpus with it",
-                                 printable(options.voice)));
+  const std::string& voice = options.voice.empty() ? options.usual_voice : options.voice;
+  if (options.rate && voice != "corpus")
+    throw InputError(
+        fmt::format("found a speaking rate for the voice {}; expected the voice corpus with it", printable(voice)));
   if (options.rate && !(*options.rate >= 0.4 && *options.rate <= 2.5))
     throw InputError(fmt::format("found a speaking rate of {}; expected 0.4 to 2.5", *options.rate));
+}
+
+const Language& languageFor(SpeakerOptions& options) {
+  std::string& speaks = options.usual_voice;
+  const bool is_default = options.voice.empty() && speaks == SpeakerOptions().usual_voice;
+  if (!options.voice.empty()) speaks = options.voice;
+  const Language& spoken = languageOfVoice(speaks);
+  if (options.language.empty()) return spoken;
+  const Language& language = languageOf(options.language);
+  if (&spoken == &language) {
+    if (is_default) speaks = voiceOfRegion(options.language).value_or(speaks);
+    return language;
+  }
+  if (!options.voice.empty())
+    throw InputError(fmt::format("found the voice {} for text in {}; expected {}", printable(options.voice),
+                                 language.name, voiceFor(language)));
+  speaks.clear();
+  return language;
 }
 
 SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {

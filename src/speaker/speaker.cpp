@@ -18,7 +18,6 @@
 #include "speaker/manner.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
-#include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
@@ -44,22 +43,6 @@ std::string tunedLanguages() {
     if (language->is_tuned) tags += fmt::format("{}{}", tags.empty() ? "" : ", ", language->tag);
   }
   return tags;
-}
-
-/// The language of the lines. Where one is asked for and no voice, the voice becomes the language's.
-const Language& languageFor(SpeakerOptions& options) {
-  if (options.language.empty()) return languageOfVoice(options.voice);
-  const Language& language = languageOf(options.language);
-  const bool is_default = options.voice == SpeakerOptions().voice;
-  if (&languageOfVoice(options.voice) == &language) {
-    if (is_default) options.voice = voiceOfRegion(options.language).value_or(options.voice);
-    return language;
-  }
-  if (!is_default)
-    throw InputError(fmt::format("found the voice {} for text in {}; expected {}", printable(options.voice),
-                                 language.name, voiceFor(language)));
-  options.voice.clear();
-  return language;
 }
 
 /// Symbols of the labels that no row of IPA describes, for a warning; "" for none.
@@ -132,7 +115,7 @@ struct Speaker::Data {
 SynthesisOptions Speaker::Data::synthesisFor(const Line& line) const {
   SynthesisOptions wanted = synthesis;
   // A person's recording says more than its phones; a voice of ours is no person.
-  wanted.context.hear = !line.is_sung && (!line.audio.empty() || options.voice == "corpus");
+  wanted.context.hear = !line.is_sung && (!line.audio.empty() || options.usual_voice == "corpus");
   const bool curves_alone = options.manner.method == Manner::Method::kCurves;
   if (line.is_sung && curves_alone) wanted.curves.alone = CurveStyle::kSing;
   if (line.is_sung && !wanted.curves.alone) {
@@ -222,7 +205,7 @@ Performance Speaker::perform(std::string_view text) { return perform(Line::typed
 FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(text)); }
 
 LiveStream Speaker::live(const LiveOptions& options) const {
-  return makeLiveStream({data_->corpus, data_->face, data_->synthesis, data_->options.voice, data_->options.rate,
+  return makeLiveStream({data_->corpus, data_->face, data_->synthesis, data_->options.usual_voice, data_->options.rate,
                          data_->lexicon, &data_->language, data_->options.hear},
                         options);
 }

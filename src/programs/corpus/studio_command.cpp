@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "hearing/alignment/pronouncer.h"
 #include "local_server/local_server.h"
+#include "mouthpiece/face.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 #include "programs/corpus/prompt_sentences.h"
@@ -117,6 +118,7 @@ int runStudio(const StudioArguments& given) {
       findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
   options.face = given.face;
   options.keep_video = given.keep_video;
+  static_cast<void>(SharedFace(given.face));  // throws for what is no face
   StudioSession session(std::move(options));
   LocalServerOptions wanted;
   wanted.port = given.port;

@@ -51,7 +51,7 @@ std::string settingsJson(const SpeakerOptions& options, SharedCast& cast) {
   const Manner& manner = options.manner;
   nlohmann::ordered_json settings = {{"mouthpiece", MOUTHPIECE_VERSION},
                                      {"corpus", fileHash(cast.corpus(options.corpus).data().path)},
-                                     {"voice", options.voice},
+                                     {"voice", options.voice.empty() ? options.usual_voice : options.voice},
                                      {"rate", options.rate.value_or(0)},
                                      {"language", options.language},
                                      {"hear", static_cast<int>(options.hear)},

@@ -17,6 +17,7 @@
 #include "programs/synth/batch_input.h"
 #include "programs/synth/batch_manifest.h"
 #include "programs/synth/commands.h"
+#include "speaker/manner.h"
 #include "speaker/speaker_data.h"
 
 namespace mouthpiece {
@@ -139,6 +140,14 @@ LinePlayer playerOf(const std::string& key, const Performance& performance) {
   return player;
 }
 
+/// A line's own language goes before a voice that was asked for for all lines, or for all of a speaker. Throws
+/// InputError for one that was asked for with a language that it does not speak.
+void letVoiceGiveWay(SpeakerOptions& options) {
+  SpeakerOptions settled = options;
+  languageFor(settled);
+  if (!options.voice.empty()) options.usual_voice = std::exchange(options.voice, {});
+}
+
 /// All that a run knows: what is to be made, what is there, and what has been made.
 class BatchRun {
  public:
@@ -147,12 +156,20 @@ class BatchRun {
         patterns_(patternsOf(options)),
         shard_(parseShard(options.shard)),
         stem_(shard_.count == 1 ? "manifest" : fmt::format("manifest.{}-of-{}", shard_.index, shard_.count)) {
-    usual_ = options.speaker;
+    usual_ = speakerOf(options);
+    letVoiceGiveWay(usual_);
     usual_.timing = false;
     const std::vector<fs::path> files(patterns_.begin(), patterns_.end());
     usual_.with_face = needsFace(usual_, files);
     if (!options.cast.empty()) cast_ = readCast(options.cast, usual_);
-    for (auto& [speaker, member] : cast_) member.with_face = needsFace(member, files);
+    for (auto& [speaker, member] : cast_) {
+      member.with_face = needsFace(member, files);
+      try {
+        letVoiceGiveWay(member);
+      } catch (const InputError& error) {
+        throw InputError(options.cast.string(), speaker, error.what());
+      }
+    }
   }
 
   int run() {
@@ -208,6 +225,8 @@ class BatchRun {
       Wanted& wanted = found->second;
       wanted.options = member == cast_.end() ? usual_ : member->second;
       if (!line.language.empty()) wanted.options.language = line.language;
+      if (const std::string note = line.line.audio.empty() ? givingWay(wanted.options) : ""; !note.empty())
+        printNotice("note: " + note, options_.quiet);
       wanted.settings = settingsJson(wanted.options, shared_);
     }
     return found->second;

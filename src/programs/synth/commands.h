@@ -36,6 +36,12 @@ struct SharedOptions {
 };
 void addSharedOptions(CLI::App& app, SharedOptions& options);
 
+/// The speaker that is asked for: what the user's config file alone has as voice or language gives way to what the
+/// command line has of either.
+SpeakerOptions speakerOf(const SharedOptions& options);
+/// "flite:slt speaks no German: espeak:de does" where a usual voice that is not the program's gives way; else "".
+std::string givingWay(const SpeakerOptions& options);
+
 /// Whether any of the files shows the face, or is fitted to one that was asked for.
 bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files);
 

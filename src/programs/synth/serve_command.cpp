@@ -117,7 +117,7 @@ void addRoutes(LocalServer& server, ServedLines& lines, const std::string& page)
 
 int runServe(const ServeOptions& options) {
   const std::string page = readFile(findSharedFile("serve.html", "make it with `make build` in the checkout"));
-  ServedLines lines(options.speaker, options.folder);
+  ServedLines lines(speakerOf(options), options.folder);
   LocalServerOptions wanted;
   wanted.port = options.port;
   wanted.max_body_bytes = kMostUploadBytes;

@@ -18,6 +18,7 @@
 #include "expression/expression.h"
 #include "phonetics/language/language.h"
 #include "programs/head_fitting.h"
+#include "programs/outputs.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 
@@ -108,7 +109,11 @@ std::optional<WishedExpression> expressionIn(const JsonField& wish) {
 
 ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
     : options_(options), folder_(fs::absolute(std::move(folder)).lexically_normal()), corpus_(options.corpus) {
+  // The page's lines may ask for another voice, or another language.
+  if (!options_.voice.empty()) options_.usual_voice = std::exchange(options_.voice, {});
   faces_.emplace(options.face.empty() ? std::string(kDefaultFace) : options.face.stem().string(), options.face);
+  expectWritable(folder_);
+  static_cast<void>(speakerFor({}, {}));  // what no line could be made with is told before the first one
   readEarlier();
   worker_ = std::jthread([this](std::stop_token stop) { work(std::move(stop)); });
 }
@@ -274,7 +279,7 @@ std::string ServedLines::state() const {
                  {"languages", std::move(known)},
                  {"moods", moodNames()},
                  {"files", files},
-                 {"voice", options_.voice},
+                 {"voice", options_.usual_voice},
                  {"corpus", corpus_.name()}});
 }
 

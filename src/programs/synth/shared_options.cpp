@@ -5,7 +5,10 @@
 #include <map>
 
 #include "base/text_numbers.h"
+#include "phonetics/language/language.h"
 #include "programs/synth/commands.h"
+#include "speaker/manner.h"
+#include "voices/voice.h"
 
 namespace mouthpiece {
 namespace {
@@ -28,6 +31,11 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
             throw InputError(option, "", fmt::format("found {}; expected {} to {}", text, range.least, range.most));
           value.constant = number;
         } else {
+          std::error_code error;
+          if (!std::filesystem::exists(text, error))
+            throw InputError(option, "",
+                             fmt::format("found '{}'; expected {} to {}{}, or a file of time_s,value", printable(text),
+                                         range.least, range.most, may_be_auto ? ", auto" : ""));
           value.file = text;
         }
       },
@@ -35,6 +43,27 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
 }
 
 }  // namespace
+
+SpeakerOptions speakerOf(const SharedOptions& options) {
+  SpeakerOptions wanted = options.speaker;
+  if (isUsersDefault("--voice")) {
+    wanted.usual_voice = std::exchange(wanted.voice, {});
+  } else if (!wanted.voice.empty() && isUsersDefault("--language")) {
+    wanted.language.clear();
+  }
+  return wanted;
+}
+
+std::string givingWay(const SpeakerOptions& options) {
+  SpeakerOptions settled = options;
+  const Language& language = languageFor(settled);
+  if (!settled.usual_voice.empty() || options.usual_voice == SpeakerOptions().usual_voice) return "";
+  try {
+    return fmt::format("{} speaks no {}: {} does", options.usual_voice, language.name, voiceFor(language));
+  } catch (const InputError&) {  // nobody does: told of the lines that are to be spoken
+    return "";
+  }
+}
 
 bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files) {
   return std::any_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
@@ -57,7 +86,7 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   app.add_option("--face", speaker.face, "Face to move, made by `retarget fit` (default: the sample face)");
   std::string voices;
   for (const std::string& name : voiceNames()) voices += (voices.empty() ? "" : " ") + name;
-  app.add_option("--voice", speaker.voice, voices)->capture_default_str();
+  app.add_option("--voice", speaker.voice, voices)->default_str(speaker.usual_voice);
   app.add_option(
       "--language", speaker.language,
       "Language of the text, the recording, its labels and the lexicon, as BCP 47: de, es, fr, it, pt, pt-BR, "

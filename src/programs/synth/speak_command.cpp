@@ -209,10 +209,21 @@ int runSpeak(const SpeakOptions& options) {
   expectFolderName(options.out_folder);
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
-  SpeakerOptions wanted = options.speaker;
+  SpeakerOptions wanted = speakerOf(options);
   wanted.with_face = needsFace(wanted, files);
   wanted.keep_motion = false;
   const Line line = lineOf(options);
+  for (const auto& [option, text] :
+       {std::pair("text", options.line.text), {"transcript", options.transcript}, {"lyrics", options.lyrics_text}}) {
+    std::error_code no_name;  // longer than any
+    if (std::filesystem::is_regular_file(text, no_name))
+      printNotice(fmt::format("note: '{}' is the name of a file; --{} takes what is in it", printable(text),
+                              option == std::string_view("lyrics") ? "lyrics" : fmt::format("{}-file", option)),
+                  options.quiet);
+  }
+  if (line.audio.empty() && line.song.empty()) {
+    if (const std::string note = givingWay(wanted); !note.empty()) printNotice("note: " + note, options.quiet);
+  }
   // The speaker goes with its dictionary and its voice: what the files are made of is the performance.
   const Performance performance = performed(Speaker(wanted), line, options);
   if (options.strict && !performance.warnings().empty())

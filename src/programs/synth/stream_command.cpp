@@ -383,6 +383,7 @@ void tellCounts(const LiveCounts& counts, const StreamFeeder& feeder, const Stre
 
 int runStream(const StreamOptions& given) {
   StreamOptions options = given;
+  options.speaker = speakerOf(given);
   options.live.look_ahead = options.look_ahead_ms / 1000;
   if (options.labels != StreamLabels::kNone || !options.words_file.empty())
     options.live.source = LiveOptions::Source::kLabels;

@@ -197,6 +197,9 @@ TEST_F(Batch, VoicesGiveWayToALinesLanguage) {
   EXPECT_EQ(manifest("out/c.json")["voice"], "espeak:de");
   EXPECT_NE(result.err.find("flite:rms speaks no German: espeak:de does"), std::string::npos) << result.err;
 
+  const ProgramResult mute = batch("id,text,language\na,now,\nb,いま,ja\n", "mute", {"-o", "{id}.json"});
+  EXPECT_NE(mute.out.find("1 of 2 lines made"), std::string::npos) << mute.out << mute.err;
+
   const std::string both = folder_.write("both.csv", "speaker,voice,language\nBob,flite:rms,de\n").string();
   const ProgramResult odd = batch(list, "odd", {"-o", "{id}.json", "--cast", both});
   EXPECT_EQ(odd.exit_code, 1);

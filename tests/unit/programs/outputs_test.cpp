@@ -54,6 +54,14 @@ TEST_F(Outputs, AreNoInputsOfTheSameCommand) {
              "would be written over what is read");
 }
 
+TEST_F(Outputs, MayBeCalledAsWhatIsNoFile) {
+  static_cast<void>(folder_.write("head.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  const ProgramResult result =
+      runProgram("retarget", {"fit", "head.obj", "--name", "head", "--out", "head"}, folder_.path());
+  EXPECT_EQ(result.exit_code, 1) << "a triangle is no head";
+  EXPECT_EQ(result.err.find("names, too"), std::string::npos) << result.err;
+}
+
 TEST_F(Outputs, ReplaceNothingOfAnotherKind) {
   static_cast<void>(folder_.write("my.txt", "my sentences\n"));
   static_cast<void>(folder_.write("other.db", std::string("SQLite format 3\0", 16) + std::string(200, 'x')));

@@ -443,6 +443,21 @@ TEST_F(BadInput, OfTextThatIsNotPlain) {
   EXPECT_EQ(said.exit_code, 0) << said.err;
 }
 
+TEST_F(BadInput, OfSongs) {
+  const auto sing = [&](const std::string& song, Arguments more = {}) {
+    more.insert(more.begin(), {"--song", song, "--corpus", "clock", "--out", out("song")});
+    return Call{"synth", more};
+  };
+  const std::string twinkle = MOUTHPIECE_SOURCE_DIR "/sample_data/songs/twinkle.json";
+  expectBadInput(sing(folder_.write("words.txt", "twinkle twinkle\n").string()),
+                 "words.txt: is no song by its name; expected one that ends in .json .musicxml");
+  expectBadInput(sing(twinkle, {"--voice", "flite:slt"}), "found 'flite:slt'; expected one that sings");
+  expectBadInput(sing(twinkle, {"--language", "German"}), "language: found German for a written song");
+  expectBadInput({"synth", {"--text", "a", "--strength", "stark", "--out", out("line")}},
+                 "--strength: found 'stark'; expected 0 to 2, or a file of time_s,value");
+  expectBadInput({"synth", {"--text", "a", "--ma", "stark", "--out", out("line")}}, "expected 0 to 1, auto, or a file");
+}
+
 TEST_F(BadInput, OfSynth) {
   const auto speak = [&](Arguments arguments) {
     arguments.insert(arguments.end(), {"--out", out("line")});
