@@ -35,7 +35,7 @@ class ServedPrograms : public testing::Test {
 TEST_F(ServedPrograms, RefuseWhatNoLineCouldBeMadeWith) {
   static_cast<void>(folder_.write("no.face", "no face\n"));
   static_cast<void>(folder_.write("no.corpus", "no corpus\n"));
-  LocalServer other({});
+  const LocalServer other;
   const std::string address = other.address();
   const std::string port = address.substr(address.find(':', 5) + 1, address.find('/', 8) - address.find(':', 5) - 1);
   const auto serve = [&](std::vector<std::string> more, const std::string& expected) {
