@@ -1,4 +1,4 @@
-#include "phonetics/language/english_text.h"
+#include "phonetics/language/english_amounts.h"
 
 #include <algorithm>
 #include <span>
@@ -9,7 +9,6 @@
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece::english_text {
-namespace {
 
 using Kind = Said::Kind;
 
@@ -22,9 +21,6 @@ std::string joined(std::initializer_list<std::string_view> words) {
   return out;
 }
 
-std::string text(std::string_view view) { return std::string(view); }
-
-/// Whether the sign that a match ends before can follow it.
 bool endsHere(std::string_view rest) { return rest.empty() || !(isDigit(rest[0]) || isLetter(rest[0])); }
 
 int smallValue(std::string_view digits) {
@@ -33,25 +29,36 @@ int smallValue(std::string_view digits) {
   return value;
 }
 
-/// "1,200.50": digits without their commas, and those behind the point.
-struct Amount {
-  std::string whole, fraction;
-  std::size_t size = 0;
-  bool has_commas = false;
+std::string WrittenAmount::words() const {
+  const std::string before = whole.empty() ? "zero" : cardinal(whole);
+  return fraction.empty() ? before : joined({whole.empty() ? "" : before, "point", digitByDigit(fraction)});
+}
 
-  [[nodiscard]] bool isOne() const { return whole == "1" && fraction.empty(); }
-  [[nodiscard]] bool isWhole() const { return fraction.empty(); }
-  [[nodiscard]] std::string words() const {
-    const std::string before = whole.empty() ? "zero" : cardinal(whole);
-    return fraction.empty() ? before : joined({whole.empty() ? "" : before, "point", digitByDigit(fraction)});
-  }
-};
+namespace {
 
-std::optional<Amount> readAmount(std::string_view token) {
-  Amount amount;
+/// How long "5,00,000" is, as it is written in India: pairs of digits before the last three; 0 for another number.
+std::size_t indianLength(std::string_view token) {
+  std::size_t at = countDigits(token);
+  if (at == 0 || at > 2) return 0;
+  const std::size_t first = at;
+  while (token.substr(at).starts_with(',') && countDigits(token.substr(at + 1)) == 2) at += 3;
+  const bool ends = at > first && token.substr(at).starts_with(',') && countDigits(token.substr(at + 1)) == 3;
+  return ends ? at + 4 : 0;
+}
+
+}  // namespace
+
+std::optional<WrittenAmount> readAmount(std::string_view token) {
+  WrittenAmount amount;
   const std::size_t first = countDigits(token);
   amount.whole = token.substr(0, first);
   amount.size = first;
+  if (const std::size_t indian = indianLength(token); indian > 0) {
+    amount.whole = token.substr(0, indian);
+    std::erase(amount.whole, ',');
+    amount.size = indian;
+    amount.has_commas = true;
+  }
   while (first >= 1 && first <= 3 && token.substr(amount.size).starts_with(',') &&
          countDigits(token.substr(amount.size + 1)) == 3) {
     amount.whole += token.substr(amount.size + 1, 3);
@@ -67,17 +74,10 @@ std::optional<Amount> readAmount(std::string_view token) {
   return amount;
 }
 
-/// Groups of digits with one of `signs` between them, the same everywhere.
-struct Groups {
-  std::vector<std::string_view> digits;
-  char sign = 0;
-  std::size_t size = 0;
-};
-
 constexpr std::size_t kMostGroups = 16;
 
-Groups readGroups(std::string_view token, std::string_view signs) {
-  Groups groups;
+DigitGroups readGroups(std::string_view token, std::string_view signs) {
+  DigitGroups groups;
   for (std::size_t at = 0;;) {
     const std::size_t count = countDigits(token.substr(at));
     if (count == 0) break;
@@ -91,133 +91,15 @@ Groups readGroups(std::string_view token, std::string_view signs) {
   return groups;
 }
 
-std::optional<Said> sayTime(std::string_view token);
-
-/// The time behind a date, as machines write both: T10:20:30Z.
-std::optional<Said> sayTimeOfDate(std::string_view rest) {
-  if (!rest.starts_with('T')) return std::nullopt;
-  const std::size_t size = std::min(rest.find_first_not_of("0123456789:", 1), rest.size());
-  auto time = sayTime(rest.substr(1, size - 1));
-  if (!time || time->size + 1 != size) return std::nullopt;
-  time->size = size;
-  if (rest.substr(size).starts_with('.')) time->size += 1 + countDigits(rest.substr(size + 1));  // of a second
-  if (rest.substr(time->size).starts_with('Z')) {
-    time->words += " U T C";
-    ++time->size;
-  }
-  return endsHere(rest.substr(time->size)) ? time : std::nullopt;
-}
-
-std::optional<Said> sayDate(std::string_view token) {
-  const Groups groups = readGroups(token, "-/.");
-  if (groups.digits.size() != 3) return std::nullopt;
-  const auto time = sayTimeOfDate(token.substr(groups.size));
-  if (!time && !endsHere(token.substr(groups.size))) return std::nullopt;
-  std::string_view years = groups.digits[0], month = groups.digits[1], day = groups.digits[2];
-  if (years.size() != 4) {
-    years = groups.digits[2];
-    // Month first, as Americans write it, where both can be one; with points day first.
-    const bool day_first = groups.sign == '.' || smallValue(groups.digits[0]) > 12;
-    month = groups.digits[day_first ? 1 : 0];
-    day = groups.digits[day_first ? 0 : 1];
-    if (years.size() != 4 && (years.size() != 2 || groups.sign == '.')) return std::nullopt;
-  }
-  const int number = smallValue(day);
-  if (month.size() > 2 || day.size() > 2 || monthOf(smallValue(month)).empty() || number < 1 || number > 31) {
-    return std::nullopt;
-  }
-  const std::string of_year = years.size() == 2 && years[0] == '0' ? "oh " + cardinal(years.substr(1)) : year(years);
-  std::string words = joined({monthOf(smallValue(month)), ordinal(std::to_string(number)), of_year});
-  if (time) words += ", " + time->words;
-  return Said{std::move(words), groups.size + (time ? time->size : 0)};
-}
-
-/// The capitals that stand in place of a number's last digits, behind `rest`'s hyphen: 1-800-FLOWERS.
-std::string_view lettersToDial(std::span<const std::string_view> digits, std::string_view rest) {
-  constexpr std::size_t kFewest = 4, kMost = 8;
-  const bool is_free = !digits.empty() && digits.back().size() == 3 && digits.back()[0] == '8' &&
-                       (digits.size() == 1 || (digits.size() == 2 && digits[0] == "1"));
-  if (!is_free || !rest.starts_with('-')) return {};
-  rest.remove_prefix(1);
-  const std::size_t letters = std::min(rest.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ"), rest.size());
-  return letters >= kFewest && letters <= kMost && endsHere(rest.substr(letters)) ? rest.substr(0, letters)
-                                                                                  : std::string_view();
-}
-
-std::optional<Said> sayTelephone(std::string_view token) {
-  const bool is_abroad = token.starts_with('+');
-  const Groups groups = readGroups(token.substr(is_abroad ? 1 : 0), "-.");
-  const auto& digits = groups.digits;
-  const bool is_local = digits.size() == 2 && digits[0].size() == 3 && digits[1].size() == 4 && groups.sign == '-';
-  const bool is_long =
-      digits.size() >= 3 &&
-      std::all_of(digits.begin(), digits.end() - 1, [](std::string_view group) { return group.size() <= 4; }) &&
-      digits.back().size() >= (groups.sign == '.' ? 4U : 2U);
-  // +10 and +1.5 are amounts.
-  constexpr std::size_t kFewestAbroad = 7;
-  std::size_t count = 0;
-  for (const std::string_view group : digits) count += group.size();
-  Said said{is_abroad ? "plus" : "", groups.size + (is_abroad ? 1 : 0)};
-  for (const std::string_view group : digits) said.words = joined({said.words, digitByDigit(group)});
-  const std::string_view rest = token.substr(said.size);
-  if (const std::string_view letters = lettersToDial(digits, rest); !letters.empty()) {
-    said.words = joined({said.words, letters});
-    said.size += 1 + letters.size();
-    return said;
-  }
-  const bool is_number = is_abroad ? count >= kFewestAbroad : is_local || is_long;
-  return is_number && endsHere(rest) ? std::optional(std::move(said)) : std::nullopt;
-}
-
-/// 2.0.1; four groups are an address.
-std::optional<Said> sayVersion(std::string_view token) {
-  const Groups groups = readGroups(token, ".");
-  if (groups.digits.size() < 3 || !endsHere(token.substr(groups.size))) return std::nullopt;
-  const bool is_address = groups.digits.size() == 4;
-  Said said{"", groups.size};
-  for (const std::string_view group : groups.digits) {
-    if (!said.words.empty()) said.words += is_address ? " dot" : " point";
-    said.words = joined({said.words, is_address ? digitByDigit(group) : cardinal(group)});
-  }
-  return said;
-}
-
 std::string minutesWords(std::string_view minutes) {
   return minutes[0] == '0' ? "oh " + cardinal(minutes.substr(1)) : cardinal(minutes);
 }
 
-std::optional<Said> sayTime(std::string_view token) {
-  const Groups groups = readGroups(token, ":");
-  const auto& digits = groups.digits;
-  const UnitSaid before_noon = sayHalfOfDay(token.substr(groups.size)).value_or(UnitSaid());
-  const std::string& half = before_noon.words;
-  const std::size_t half_size = before_noon.size;
-  if (digits.empty() || digits.size() > 3 || digits[0].size() > 2 || smallValue(digits[0]) > 24) return std::nullopt;
-  if (digits.size() == 1) {
-    if (half_size == 0 || smallValue(digits[0]) > 12) return std::nullopt;
-    return Said{joined({cardinal(std::to_string(smallValue(digits[0]))), half}), groups.size + half_size};
-  }
-  if (half_size == 0 && !endsHere(token.substr(groups.size))) return std::nullopt;
-  if (!std::all_of(digits.begin() + 1, digits.end(), [](auto part) { return part.size() == 2 && part[0] < '6'; })) {
-    return std::nullopt;
-  }
-  const int hour = smallValue(digits[0]);
-  std::string words = cardinal(std::to_string(hour));
-  if (digits[1] != "00") {
-    words = joined({words, minutesWords(digits[1])});
-  } else if (half_size == 0) {
-    words = joined({words, hour == 0 || hour > 12 ? "hundred" : "o'clock"});
-  }
-  if (digits.size() == 3) {
-    const std::string seconds = std::to_string(smallValue(digits[2]));
-    words = joined({words, "and", cardinal(seconds), seconds == "1" ? "second" : "seconds"});
-  }
-  return Said{joined({words, half}), groups.size + half_size, half_size == 0 ? Kind::kTime : Kind::kOther};
-}
+namespace {
 
 /// 3:1
 std::optional<Said> sayRatio(std::string_view token) {
-  const Groups groups = readGroups(token, ":");
+  const DigitGroups groups = readGroups(token, ":");
   if (groups.digits.size() != 2 || !endsHere(token.substr(groups.size))) return std::nullopt;
   return Said{joined({cardinal(groups.digits[0]), "to", cardinal(groups.digits[1])}), groups.size};
 }
@@ -232,25 +114,14 @@ std::optional<Said> sayOrdinal(std::string_view token) {
   return std::nullopt;
 }
 
-/// 1990s, '90s, 80s.
-std::optional<Said> sayDecade(std::string_view token) {
-  const std::size_t quote = token.starts_with('\'') ? 1 : 0;
-  const std::size_t count = countDigits(token.substr(quote));
-  const std::string_view digits = token.substr(quote, count);
-  std::string_view rest = token.substr(quote + count);
-  if (quote == 1 && count == 2 && endsHere(rest)) return Said{minutesWords(digits), 3};  // '99
-  const std::size_t ending = rest.starts_with("'s") ? 2 : rest.starts_with('s') ? 1 : 0;
-  if ((count != 2 && count != 4) || digits.back() != '0' || digits[0] == '0' || ending == 0 ||
-      !endsHere(rest.substr(ending))) {
-    return std::nullopt;
-  }
-  return Said{plural(year(digits)), quote + count + ending};
-}
-
 /// The part after a whole number: 2 1/2.
 std::optional<Said> sayFraction(std::string_view token) {
-  const Groups groups = readGroups(token, "/");
-  if (groups.digits.size() != 2 || !endsHere(token.substr(groups.size))) return std::nullopt;
+  const DigitGroups groups = readGroups(token, "/");
+  if (groups.digits.size() != 2) return std::nullopt;
+  if (groups.digits[0] == "1" && token.substr(groups.size).starts_with('s') && endsHere(token.substr(groups.size + 1)))
+    return Said{joined({"one", fractionPart(groups.digits[1], false), "of a second"}),
+                groups.size + 1};  // of a shutter
+  if (!endsHere(token.substr(groups.size))) return std::nullopt;
   const std::string_view over = groups.digits[0], under = groups.digits[1];
   const std::string both =
       over == "9" && under == "11" ? "nine eleven" : joined({sayPlainNumber(over), sayPlainNumber(under)});
@@ -269,8 +140,9 @@ std::optional<Said> sayFraction(std::string_view token) {
       return Said{joined({month, ordinal(std::to_string(day))}), groups.size};
     }
   }
-  if (!is_usual) return Said{joined({cardinal(over), "over", cardinal(under)}), groups.size};
-  return Said{joined({cardinal(over), fractionPart(under, over != "1")}), groups.size};
+  const std::string part_words = joined({cardinal(over), fractionPart(under, over != "1")});
+  const std::string words = is_usual ? part_words : joined({cardinal(over), "over", cardinal(under)});
+  return Said{words, groups.size, Kind::kFraction, false, part_words};
 }
 
 /// Thousands, millions: "m", "bn", behind an amount of money.
@@ -289,7 +161,7 @@ std::size_t magnitude(std::string_view rest, std::string& words) {
   return 0;
 }
 
-std::string moneyWords(const Amount& amount, const Currency& currency) {
+std::string moneyWords(const WrittenAmount& amount, const Currency& currency) {
   if (amount.fraction.size() == 2 && !currency.cents.empty()) {
     const std::string cents = std::to_string(smallValue(amount.fraction));
     const std::string small = joined({cardinal(cents), cents == "1" ? currency.cent : currency.cents});
@@ -311,8 +183,8 @@ std::optional<Said> sayMoney(std::string_view token) {
     const std::size_t used = currency.sign.size() + amount->size + size;
     if (size > 0) return Said{joined({amount->words(), many, currency.many}), used};
     if (!endsHere(token.substr(used))) continue;
-    return Said{
-        moneyWords(*amount, currency), used, Kind::kMoney, amount->isOne(), amount->words(), text(currency.many)};
+    return Said{moneyWords(*amount, currency), used, Kind::kMoney, amount->isOne(), amount->words(),
+                std::string(currency.many)};
   }
   const auto amount = readAmount(token);
   if (!amount) return std::nullopt;
@@ -370,37 +242,10 @@ std::optional<Said> saySmallFraction(std::string_view token) {
     if (!rest.starts_with(fraction.sign)) continue;
     const std::size_t size = count + fraction.sign.size();
     const std::string words =
-        count == 0 ? text(fraction.alone) : joined({cardinal(token.substr(0, count)), "and", fraction.after});
+        count == 0 ? std::string(fraction.alone) : joined({cardinal(token.substr(0, count)), "and", fraction.after});
     return Said{words, size, Kind::kNumber, false, words};
   }
   return std::nullopt;
-}
-
-/// 747, 1080: in two halves.
-std::string inHalves(std::string_view digits) {
-  if (digits.size() == 4) return year(digits);
-  if (digits.ends_with("00")) return cardinal(digits);
-  return joined({cardinal(digits.substr(0, 1)), minutesWords(digits.substr(1))});
-}
-
-/// 747-400, 737-800: a type of aeroplane, no range or score.
-std::optional<Said> sayAeroplane(std::string_view token) {
-  const Groups groups = readGroups(token, "-");
-  const auto& digits = groups.digits;
-  if (digits.size() != 2 || digits[0].size() != 3 || digits[1].size() != 3 || !endsHere(token.substr(groups.size)))
-    return std::nullopt;
-  if (digits[0][0] != '7' || digits[0][2] != '7' || digits[1][0] == '0' || !digits[1].ends_with("00"))
-    return std::nullopt;
-  return Said{joined({inHalves(digits[0]), inHalves(digits[1])}), groups.size};
-}
-
-/// Lines of a picture: 1080p, 480i.
-std::optional<Said> sayPictureLines(std::string_view token) {
-  const std::size_t count = countDigits(token);
-  if (!isWordOf("240 360 480 576 720 1080 1440 2160 4320", token.substr(0, count)) || count == 0) return std::nullopt;
-  const std::string_view rest = token.substr(count);
-  if ((!rest.starts_with('p') && !rest.starts_with('i')) || !endsHere(rest.substr(1))) return std::nullopt;
-  return Said{joined({inHalves(token.substr(0, count)), rest[0] == 'p' ? "P" : "I"}), count + 1};
 }
 
 std::optional<Said> sayAmount(std::string_view token) {
@@ -418,9 +263,9 @@ std::optional<Said> sayAmount(std::string_view token) {
 
 std::optional<Said> sayOne(std::string_view token) {
   using Rule = std::optional<Said> (*)(std::string_view);
-  constexpr Rule kRules[] = {sayDate,  sayVersion,       sayTelephone, sayAeroplane,    sayTime,
-                             sayRatio, sayOrdinal,       sayDecade,    sayMoney,        sayFraction,
-                             sayPower, saySmallFraction, sayFeet,      sayPictureLines, sayAmount};
+  constexpr Rule kRules[] = {sayDate,  sayHexadecimal,   sayCoordinate, sayVersion,      sayTelephone, sayAeroplane,
+                             sayTime,  sayRatio,         sayOrdinal,    sayDecade,       sayMoney,     sayFraction,
+                             sayPower, saySmallFraction, sayFeet,       sayPictureLines, sayAmount};
   for (const Rule rule : kRules) {
     if (auto said = rule(token)) return said;
   }
@@ -435,7 +280,7 @@ std::optional<Said> sayMoneyRange(std::string_view token, const Said& first) {
     if (!token.starts_with(currency.sign)) continue;
     const auto from = readAmount(token.substr(currency.sign.size()));
     if (!from) continue;
-    const auto to = sayMoney(std::string(currency.sign) + text(token.substr(first.size + 1)));
+    const auto to = sayMoney(std::string(currency.sign) + std::string(token.substr(first.size + 1)));
     if (!to) return std::nullopt;
     Said range{joined({from->words(), "to", to->words}), first.size + 1 + to->size - currency.sign.size(), to->kind};
     range.bare = joined({from->words(), "to", to->bare});
@@ -470,11 +315,14 @@ std::optional<UnitSaid> sayUnit(std::string_view token, bool is_one, bool is_apa
   for (const Unit& unit : units()) {
     if (is_apart && !unit.stands_apart) continue;
     if (!token.starts_with(unit.sign) || !endsHere(token.substr(unit.sign.size()))) continue;
-    if (!isPunctuation(token.substr(unit.sign.size()).substr(0, 1)) && token[unit.sign.size()] != '-') continue;
+    const std::string_view rest = token.substr(unit.sign.size());
+    const bool goes_on =
+        rest.starts_with('-') || (rest.starts_with('/') && countDigits(rest.substr(1)) > 0);  // 72°F/22°C
+    if (!isPunctuation(rest.substr(0, 1)) && !goes_on) continue;
     if (best == nullptr || unit.sign.size() > best->sign.size()) best = &unit;
   }
   if (best == nullptr) return std::nullopt;
-  return UnitSaid{text(is_one ? best->one : best->many), best->sign.size()};
+  return UnitSaid{std::string(is_one ? best->one : best->many), best->sign.size()};
 }
 
 std::optional<UnitSaid> sayHalfOfDay(std::string_view token) {
@@ -488,7 +336,7 @@ std::optional<UnitSaid> sayHalfOfDay(std::string_view token) {
 std::optional<UnitSaid> sayCurrency(std::string_view token, bool is_one) {
   for (const Currency& currency : currencies()) {
     if (token.starts_with(currency.sign) && isPunctuation(token.substr(currency.sign.size()))) {
-      return UnitSaid{text(is_one ? currency.one : currency.many), currency.sign.size()};
+      return UnitSaid{std::string(is_one ? currency.one : currency.many), currency.sign.size()};
     }
   }
   return std::nullopt;

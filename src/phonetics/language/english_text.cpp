@@ -1,14 +1,13 @@
 #include "phonetics/language/english_text.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 #include "base/text_encoding.h"
-#include "base/text_numbers.h"
 #include "phonetics/language/english_numbers.h"
 #include "phonetics/language/english_spelling.h"
 #include "phonetics/language/english_tables.h"
+#include "phonetics/language/english_tokens.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece::english_text {
@@ -17,122 +16,6 @@ namespace {
 using Kind = Said::Kind;
 
 bool hasDigit(std::string_view word) { return std::any_of(word.begin(), word.end(), isDigit); }
-/// I to 3999; 0 for what is no Roman number.
-int romanValue(std::string_view word) {
-  struct Row {
-    std::string_view sign;
-    int value;
-  };
-  constexpr Row kRows[] = {{"M", 1000}, {"CM", 900}, {"D", 500}, {"CD", 400}, {"C", 100}, {"XC", 90}, {"L", 50},
-                           {"XL", 40},  {"X", 10},   {"IX", 9},  {"V", 5},    {"IV", 4},  {"I", 1}};
-  int value = 0;
-  for (const Row& row : kRows) {
-    for (int times = 0; word.starts_with(row.sign) && times < (row.sign.size() == 1 && row.sign[0] != 'V' ? 3 : 1);
-         ++times) {
-      value += row.value;
-      word.remove_prefix(row.sign.size());
-    }
-  }
-  return word.empty() ? value : 0;
-}
-
-/// The digits of "⁻³" as ASCII, from `at` on, which moves behind them; "" where it is no power.
-std::string powerAt(std::string_view text, std::size_t& at) {
-  std::string power;
-  while (at < text.size()) {
-    std::size_t next = at;
-    const char32_t c = decodeUtf8(text, next).value_or(0);
-    const bool is_high = (c >= 0x2074 && c <= 0x2079) || c == 0x2070 || c == 0xB9 || c == 0xB2 || c == 0xB3;
-    if (c == 0x207B && power.empty()) {
-      power = "-";
-    } else if (is_high) {
-      power += static_cast<char>('0' + (c >= 0x2070 ? c - 0x2070 : c == 0xB9 ? 1 : c - 0xB0));
-    } else {
-      break;
-    }
-    at = next;
-  }
-  return power == "-" ? std::string() : power;
-}
-
-/// A Roman number that is one sign: as letters behind a name ("Chapter Ⅳ"), else in digits; "" for any other sign.
-std::string romanSign(char32_t sign, std::string_view before) {
-  constexpr std::array<std::string_view, 12> kLetters{"I",   "II",   "III", "IV", "V",  "VI",
-                                                      "VII", "VIII", "IX",  "X",  "XI", "XII"};
-  const char32_t from = sign >= 0x2170 ? 0x2170 : 0x2160;
-  if (sign < from || sign - from >= kLetters.size()) return {};
-  before = trimmed(before);
-  const std::size_t word = before.rfind(' ') + 1;
-  const bool is_named = word < before.size() && isCapital(before[word]);
-  return is_named ? std::string(kLetters[sign - from]) : std::to_string(sign - from + 1);
-}
-
-/// Emoji are named, rows of one once; blanks of every kind are blanks, and signs of one meaning one sign.
-std::string named(std::string_view text) {
-  std::string out;
-  char32_t last = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t begin = at;
-    const auto sign = decodeUtf8(text, at);
-    if (!sign) {
-      at = begin + 1;
-      continue;
-    }
-    const auto emoji =
-        std::find_if(emojis().begin(), emojis().end(), [&](const Emoji& candidate) { return candidate.sign == *sign; });
-    std::size_t behind = begin;
-    const std::string power = !out.empty() && isDigit(out.back()) ? powerAt(text, behind) : std::string();
-    if (!power.empty() && power != "2" && power != "3") {
-      out += "^" + power;
-      at = behind;
-    } else if (const std::string roman = romanSign(*sign, out); !roman.empty()) {
-      out += roman;
-    } else if (*sign == 0x2126) {
-      out += "Ω";
-    } else if (*sign == 0x3BC) {
-      out += "µ";
-    } else if (emoji != emojis().end()) {
-      if (*sign != last) out += " " + std::string(emoji->name) + " ";
-    } else if (*sign <= ' ' || *sign == 0x7F || *sign == 0xA0 || (*sign >= 0x2000 && *sign <= 0x200A) ||
-               *sign == 0x202F) {
-      out += ' ';
-    } else if (*sign == 0x2033) {
-      out += '"';
-    } else {
-      out += text.substr(begin, at - begin);
-    }
-    last = *sign;
-  }
-  return out;
-}
-
-/// What stands between blanks: opening punctuation and the rest.
-struct Token {
-  std::string_view lead, body;
-
-  /// Without the punctuation after it.
-  [[nodiscard]] std::string_view core() const {
-    const std::size_t last = body.find_last_not_of(".,;:!?)]}\"'*_~>");
-    return last == std::string_view::npos ? std::string_view() : body.substr(0, last + 1);
-  }
-  [[nodiscard]] bool startsWithDigit() const { return !body.empty() && isDigit(body[0]); }
-  [[nodiscard]] bool startsWithCapital() const { return !body.empty() && isCapital(body[0]); }
-};
-
-std::vector<Token> tokensOf(std::string_view text) {
-  std::vector<Token> tokens;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(' '), text.size());
-    const std::string_view token = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (token.empty()) continue;
-    std::size_t lead = std::min(token.find_first_not_of("([{<\"'*_~"), token.size());
-    // '90s
-    if (lead > 0 && token[lead - 1] == '\'' && countDigits(token.substr(lead)) == 2) --lead;
-    tokens.push_back({token.substr(0, lead), token.substr(lead)});
-  }
-  return tokens;
-}
 
 class Reader {
  public:
@@ -142,7 +25,7 @@ class Reader {
   std::string read() {
     while (at_ < tokens_.size()) {
       const std::size_t was = at_;
-      const Token token = tokens_[at_];
+      const TextToken token = tokens_[at_];
       std::string words = readToken(token);
       if (at_ == was) ++at_;
       if (!out_.empty()) out_ += ' ';
@@ -158,7 +41,7 @@ class Reader {
   static bool isLoud(std::string_view text) {
     if (std::any_of(text.begin(), text.end(), [](char c) { return c >= 'a' && c <= 'z'; })) return false;
     std::size_t words = 0;
-    for (const Token& token : tokensOf(text))
+    for (const TextToken& token : tokensOf(text))
       words += std::any_of(token.body.begin(), token.body.end(), isLetter) && !hasDigit(token.body);
     return words > 1;
   }
@@ -176,29 +59,29 @@ class Reader {
     return out;
   }
 
-  void countQuotes(const Token& token) {
+  void countQuotes(const TextToken& token) {
     for (const std::string_view part : {token.lead, token.body}) {
       is_quoted_ ^= std::count(part.begin(), part.end(), '"') % 2 == 1;
     }
   }
 
-  [[nodiscard]] const Token* next(std::size_t ahead = 1) const {
+  [[nodiscard]] const TextToken* next(std::size_t ahead = 1) const {
     return at_ + ahead < tokens_.size() ? &tokens_[at_ + ahead] : nullptr;
   }
   /// The one before, unless punctuation parts them.
   [[nodiscard]] std::string_view previousWord() const {
     if (at_ == 0 || !tokens_[at_].lead.empty()) return {};
-    const Token& token = tokens_[at_ - 1];
+    const TextToken& token = tokens_[at_ - 1];
     return token.core() == token.body || token.body.ends_with('.') ? token.core() : std::string_view();
   }
 
-  std::string readToken(const Token& token) {
+  std::string readToken(const TextToken& token) {
     const std::string_view core = token.core();
     if (core.empty()) return std::string(token.body);
     if (is_loud_ && core == "US" && lowerCase(previousWord()) != "the") return std::string(token.body);
     const bool is_odd = hasDigit(core) || (core.size() > 1 && areCapitals(core));
     if (is_odd && is_known_ && is_known_(core)) return std::string(token.body);
-    using Rule = std::optional<std::string> (Reader::*)(const Token&);
+    using Rule = std::optional<std::string> (Reader::*)(const TextToken&);
     constexpr Rule kRules[] = {&Reader::readCry,          &Reader::readAddress, &Reader::readStreetOrTitle,
                                &Reader::readAbbreviation, &Reader::readRoman,   &Reader::readTelephone,
                                &Reader::readMoneyApart,   &Reader::readNumber,  &Reader::readSigned,
@@ -212,7 +95,7 @@ class Reader {
   }
 
   /// Hmm, shh, nooo: voices spell or garble them.
-  std::optional<std::string> readCry(const Token& token) {
+  std::optional<std::string> readCry(const TextToken& token) {
     const std::string_view core = token.core();
     const std::string letters = lowerCase(core);
     std::string plain;
@@ -236,7 +119,7 @@ class Reader {
            std::string(token.body.substr(core.size()));
   }
 
-  std::optional<std::string> readAddress(const Token& token) {
+  std::optional<std::string> readAddress(const TextToken& token) {
     const std::string_view core = token.core();
     auto words = speller_.address(core);
     if (words) *words += token.body.substr(core.size());
@@ -246,18 +129,18 @@ class Reader {
   // Abbreviations.
 
   /// Whether `token` begins with a title or another abbreviation, in loud text whatever its case.
-  [[nodiscard]] bool begins(const Token& token, std::string_view written) const {
+  [[nodiscard]] bool begins(const TextToken& token, std::string_view written) const {
     if (token.body.starts_with(written)) return true;
     return is_loud_ && isCapital(written[0]) && token.body.starts_with(capitals(written));
   }
 
   /// A name may stand there: in loud text any word that is no common one.
-  [[nodiscard]] bool mayBeName(const Token* token) const {
+  [[nodiscard]] bool mayBeName(const TextToken* token) const {
     return token != nullptr && token->startsWithCapital() && !(is_loud_ && isLoudWord(token->core()));
   }
 
   /// Dr. and St., before a name or after one.
-  std::optional<std::string> readStreetOrTitle(const Token& token) {
+  std::optional<std::string> readStreetOrTitle(const TextToken& token) {
     const bool is_doctor = begins(token, "Dr"), is_saint = begins(token, "St");
     if (!is_doctor && !is_saint) return std::nullopt;
     const bool has_point = token.body.substr(2).starts_with('.');
@@ -282,7 +165,7 @@ class Reader {
   }
 
   [[nodiscard]] bool fits(AbbreviationPlace place, std::string_view rest) const {
-    const Token* after = next();
+    const TextToken* after = next();
     const bool before_digit = rest.empty() ? after != nullptr && (after->startsWithDigit()) : isDigit(rest[0]);
     switch (place) {
       case AbbreviationPlace::kAnywhere:
@@ -299,7 +182,7 @@ class Reader {
     return false;
   }
 
-  std::optional<std::string> readAbbreviation(const Token& token) {
+  std::optional<std::string> readAbbreviation(const TextToken& token) {
     for (const Abbreviation& row : abbreviations()) {
       if (!begins(token, row.written)) continue;
       const std::string_view rest = token.body.substr(row.written.size());
@@ -317,7 +200,7 @@ class Reader {
   }
 
   /// U.S., p.m., J.R.R.
-  std::optional<std::string> readInitials(const Token& token) {
+  std::optional<std::string> readInitials(const TextToken& token) {
     std::string letters;
     std::size_t size = 0, points = 0;
     for (std::string_view rest = token.body; !rest.empty() && isLetter(rest[0]); rest = token.body.substr(size)) {
@@ -338,7 +221,7 @@ class Reader {
 
   // Roman numbers.
 
-  std::optional<std::string> readRoman(const Token& token) {
+  std::optional<std::string> readRoman(const TextToken& token) {
     const std::size_t length = std::min(token.body.find_first_not_of("IVXLCDM"), token.body.size());
     const std::string_view number = token.body.substr(0, length), rest = token.body.substr(length);
     constexpr std::size_t kLongest = 15;
@@ -367,7 +250,7 @@ class Reader {
 
   // Numbers.
 
-  [[nodiscard]] bool isDigitGroup(const Token* token) const {
+  [[nodiscard]] bool isDigitGroup(const TextToken* token) const {
     if (token == nullptr) return false;
     const std::string_view core = token->core();
     return countDigits(core) >= 2 && core.find_first_not_of("0123456789-.") == std::string_view::npos;
@@ -382,7 +265,7 @@ class Reader {
   }
 
   /// +1 (555) 123-4567, 020 7946 0958: groups apart.
-  std::optional<std::string> readTelephone(const Token& token) {
+  std::optional<std::string> readTelephone(const TextToken& token) {
     const std::string_view core = token.core();
     const bool is_abroad = core.starts_with('+') && core.size() > 1 && core.size() <= 4 && isDigit(core[1]);
     const bool in_brackets = token.lead.ends_with('(') && countDigits(core) == core.size() && core.size() >= 3 &&
@@ -403,7 +286,7 @@ class Reader {
   }
 
   /// EUR 20
-  std::optional<std::string> readMoneyApart(const Token& token) {
+  std::optional<std::string> readMoneyApart(const TextToken& token) {
     const auto unit = sayCurrency(token.body, false);
     if (!unit || unit->size != token.body.size() || next() == nullptr || !next()->startsWithDigit())
       return std::nullopt;
@@ -414,7 +297,7 @@ class Reader {
     return said->words + std::string(amount.substr(said->size - token.body.size()));
   }
 
-  std::optional<std::string> readNumber(const Token& token) {
+  std::optional<std::string> readNumber(const TextToken& token) {
     auto said = sayNumbers(token.body);
     if (!said) return std::nullopt;
     std::string_view rest = token.body.substr(said->size);
@@ -426,6 +309,11 @@ class Reader {
         if (isPunctuation(rest)) return said->words + std::string(rest);
       }
     }
+    // 72°F/22°C
+    if (const auto other = rest.starts_with('/') ? sayNumbers(rest.substr(1)) : std::nullopt;
+        other && said->kind == Kind::kOther && other->kind == Kind::kOther &&
+        isPunctuation(rest.substr(1 + other->size)))
+      return said->words + ", " + other->words + std::string(rest.substr(1 + other->size));
     if (rest.starts_with("'s") && isPunctuation(rest.substr(2))) {
       const bool is_year = said->words != said->bare;  // 2015's summer, 10's
       return (is_year ? said->words + "'s" : plural(said->words)) + std::string(rest.substr(2));
@@ -447,10 +335,10 @@ class Reader {
   }
 
   /// What is said for a number and the token after it, which is used up.
-  std::optional<std::string> readWithNext(const Said& said, const Token& after) {
+  std::optional<std::string> readWithNext(const Said& said, const TextToken& after) {
     const auto take = [&](std::string words, std::size_t size) {
       std::string_view rest = after.body.substr(size);
-      const Token* beyond = next(2);
+      const TextToken* beyond = next(2);
       const bool goes_on = beyond != nullptr && !beyond->startsWithCapital();
       if (rest.starts_with('.') && goes_on) rest.remove_prefix(1);  // 5 min. later
       at_ += 2;
@@ -458,12 +346,14 @@ class Reader {
     };
     const bool is_number = said.kind == Kind::kWholeNumber || said.kind == Kind::kNumber;
     if (said.kind == Kind::kMoney) {
-      for (const std::string_view many : {"thousand", "million", "billion", "trillion", "bn", "m"}) {
+      for (const std::string_view many : {"thousand", "million", "billion", "trillion", "lakh", "crore", "bn", "m"}) {
         if (!after.body.starts_with(many) || !isPunctuation(after.body.substr(many.size()))) continue;
         const std::string_view word = many == "bn" ? "billion" : many == "m" ? "million" : many;
         return take(said.bare + " " + std::string(word) + " " + said.unit, many.size());
       }
     }
+    if (said.kind == Kind::kFraction && said.bare.starts_with("one ") && after.core() == "s")  // 1/60 s
+      return take(said.bare + " of a second", 1);
     if (said.kind == Kind::kTime || said.kind == Kind::kWholeNumber) {
       if (const auto half = sayHalfOfDay(after.body); half && isPunctuation(after.body.substr(half->size))) {
         std::string time = said.kind == Kind::kTime ? said.words : said.bare;
@@ -482,7 +372,7 @@ class Reader {
     return readWithFractionOrMonth(said, after);
   }
 
-  std::optional<std::string> readWithFractionOrMonth(const Said& said, const Token& after) {
+  std::optional<std::string> readWithFractionOrMonth(const Said& said, const TextToken& after) {
     if (after.body.find('/') == 1 || after.body.find('/') == 2) {
       const auto part = sayNumbers(after.body);
       if (part && isPunctuation(after.body.substr(part->size)) && !part->words.starts_with("twenty")) {
@@ -505,7 +395,7 @@ class Reader {
     return (has_article ? "" : "the ") + ordinal(digits) + " of " + std::string(month) + std::string(rest);
   }
 
-  std::optional<std::string> readSigned(const Token& token) {
+  std::optional<std::string> readSigned(const TextToken& token) {
     const std::string_view body = token.body, core = token.core();
     const std::string rest(body.substr(core.size()));
     if (core.size() < 2) return std::nullopt;
@@ -529,7 +419,7 @@ class Reader {
   bool is_loud_;
   Speller speller_;
   std::string text_;
-  std::vector<Token> tokens_;
+  std::vector<TextToken> tokens_;
   std::size_t at_ = 0;
   bool is_quoted_ = false;  ///< a double quote is open
   std::string out_;

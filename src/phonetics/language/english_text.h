@@ -17,7 +17,7 @@ std::string inWords(std::string_view text, const std::function<bool(std::string_
 /// The beginning of a token and the words for it.
 struct Said {
   /// What may follow it in the next token.
-  enum class Kind { kOther, kNumber, kWholeNumber, kMoney, kTime };
+  enum class Kind { kOther, kNumber, kWholeNumber, kFraction, kMoney, kTime };
 
   std::string words;
   std::size_t size = 0;  ///< bytes of the token

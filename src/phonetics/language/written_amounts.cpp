@@ -96,6 +96,8 @@ class Amounts {
   UnicodeString read() {
     sayDates();
     sayTimes();
+    sayMoney();
+    saySignedOrdinals();
     sayUnits();
     if (fractions_ != nullptr) sayFractions();
     if (isIn("de")) sayOrdinals();
@@ -189,6 +191,32 @@ class Amounts {
                 if (!name) return std::nullopt;
                 return say(part(match, 1), *name, valueOf(part(match, 2)));
               });
+  }
+
+  /// The signs that eSpeak does not name in the language, before an amount.
+  void sayMoney() {
+    const UnicodeString amount = UnicodeString(u"\\s?(") + kNumber + u")" + kEnds;
+    if (isIn("pt"))
+      replace(UnicodeString(u"(?<!\\p{L})R\\$") + amount, [&](Match& match) {
+        return std::optional(part(match, 1) + (part(match, 1) == u"1" ? u" real" : u" reais"));
+      });
+    if (isIn("nl"))
+      replace(UnicodeString(u"€") + amount, [&](Match& match) { return std::optional(part(match, 1) + u" euro"); });
+  }
+
+  /// 2.º, 3ª, and 1° before a month: with a degree's sign for want of the right one.
+  void saySignedOrdinals() {
+    if (!isIn("es") && !isIn("pt") && !isIn("it")) return;
+    replace(UnicodeString(kBegins) + u"(\\p{Nd}{1,3})\\.?([ºª])(?![\\p{L}\\p{N}])", [&](Match& match) {
+      return std::optional(spelledOut(valueOf(part(match, 1)), part(match, 2) == u"ª"
+                                                                   ? u"%spellout-ordinal-feminine"
+                                                                   : u"%spellout-ordinal-masculine"));
+    });
+    if (isIn("it"))
+      replace(UnicodeString(kBegins) +
+                  u"1°(?=\\s+(?i:gennaio|febbraio|marzo|aprile|maggio|giugno|luglio|agosto|"
+                  u"settembre|ottobre|novembre|dicembre)(?!\\p{L}))",
+              [](Match&) { return std::optional(UnicodeString(u"primo")); });
   }
 
   void sayFractions() {

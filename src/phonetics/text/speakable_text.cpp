@@ -163,7 +163,8 @@ std::string plainText(const std::vector<char32_t>& characters, const TextRules& 
   for (const char32_t c : characters) {
     const bool is_own =
         rules.own_letters.find(c) != std::u32string_view::npos || (rules.any_letters && isKeptLetter(c));
-    if (!is_own && isInvisible(c)) continue;
+    const bool is_joiner = c == 0x200D && rules.in_words != nullptr;  // of emoji, which it names
+    if (!is_own && isInvisible(c) && !is_joiner) continue;
     std::string_view spelled = is_own ? std::string_view() : spelledIn(kPlainSigns, c);
     if (spelled.empty() && !is_own) spelled = plainLatinLetters(c);
     if (spelled.empty()) {
