@@ -80,8 +80,7 @@ test: build-tests data wasm
 bench: data
 	@tools/setup.sh bench
 	@cmake --preset bench >/dev/null && cmake --build build-bench -j $(JOBS) --target benchmarks
-	@for b in build-bench/benchmarks/*_bench; do echo "== $$b"; $$b --benchmark_min_time=0.5 || exit 1; done
-	@echo "== a line besides speech"; tests/bench/line_time.py --bin build/bin
+	@tests/bench/table.py --benches build-bench/benchmarks --bin build/bin
 
 lint:
 	@tools/setup.sh lint

@@ -8,6 +8,7 @@ off. Each line is spoken --runs times, with --before by both programs in turn; t
 100 ms for a second and 0.02 of the length for ten. Exit status 77: there is no sample corpus, or no Festival.
 """
 import argparse
+import dataclasses
 import json
 import os
 import pathlib
@@ -42,6 +43,45 @@ def took_ms(command):
     return a_tick * sum(ticks[:2]), a_tick * sum(ticks[2:])
 
 
+@dataclasses.dataclass
+class TimedLine:
+    length_ms: float
+    own_ms: float
+    speech_ms: float
+    before_ms: float | None  # of another synth
+
+    @property
+    def limit_ms(self):
+        return max(LIMIT_LEAST_MS, LIMIT_SHARE * self.length_ms)
+
+
+def share_of(folder):
+    return pathlib.Path(os.environ.get("MOUTHPIECE_SHARE", folder.resolve().parent / "share/mouthpiece"))
+
+
+def what_is_missing(folder):
+    """Why lines cannot be timed; "" where they can."""
+    share = share_of(folder)
+    is_there = (share / "sample.corpus").exists() and (share / "default.face").exists() and shutil.which("festival")
+    return "" if is_there else "no sample corpus (make it with `make data`), or no Festival: lines are not timed"
+
+
+def lines_timed(folder, runs=5, lengths=(1, 3, 10), before=None):
+    """A TimedLine for each of `lengths`, the least of so many runs, in turn with the synth `before`."""
+    os.environ["MOUTHPIECE_SHARE"] = str(share_of(folder))
+    programs = ([before] if before else []) + [folder / "synth"]
+    with tempfile.TemporaryDirectory(prefix="line_time.") as out:
+        for seconds in lengths:
+            command = ["--quiet", "--text", text_of(seconds), "--out", out]
+            took = {program: [] for program in programs}
+            for _ in range(runs):
+                for program in programs:
+                    took[program].append(took_ms([program] + command))
+            length_ms = 1000 * json.load(open(f"{out}/report.json"))["duration_s"]
+            own, speech = (min(run[i] for run in took[programs[-1]]) for i in (0, 1))
+            yield TimedLine(length_ms, own, speech, min(run[0] for run in took[before]) if before else None)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", type=pathlib.Path, required=True)
@@ -49,30 +89,17 @@ def main():
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--lengths", type=float, nargs="+", default=[1, 3, 10])
     options = parser.parse_args()
-    share = pathlib.Path(os.environ.get("MOUTHPIECE_SHARE", options.bin.resolve().parent / "share/mouthpiece"))
-    if not (share / "sample.corpus").exists() or not (share / "default.face").exists() or not shutil.which("festival"):
-        print("no sample corpus (make it with `make data`), or no Festival: lines are not timed")
+    if missing := what_is_missing(options.bin):
+        print(missing)
         return 77
-    os.environ["MOUTHPIECE_SHARE"] = str(share)
-    programs = ([options.before] if options.before else []) + [options.bin / "synth"]
     print("line       besides speech        of its length   limit   share of it   speech" +
           ("   before   ratio" if options.before else ""))
-    with tempfile.TemporaryDirectory(prefix="line_time.") as folder:
-        for seconds in options.lengths:
-            command = ["--quiet", "--text", text_of(seconds), "--out", folder]
-            runs = {program: [] for program in programs}
-            for _ in range(options.runs):
-                for program in programs:
-                    runs[program].append(took_ms([program] + command))
-            length_ms = 1000 * json.load(open(f"{folder}/report.json"))["duration_s"]
-            own, speech = (min(run[i] for run in runs[programs[-1]]) for i in (0, 1))
-            limit = max(LIMIT_LEAST_MS, LIMIT_SHARE * length_ms)
-            row = (f"{length_ms / 1000:6.2f} s   {own:8.0f} ms   {own / length_ms:18.3f}   {limit:5.0f} ms"
-                   f"   {own / limit:9.2f}   {speech:5.0f} ms")
-            if options.before:
-                before = min(run[0] for run in runs[options.before])
-                row += f"   {before:5.0f} ms   {own / before:5.2f}"
-            print(row, flush=True)
+    for line in lines_timed(options.bin, options.runs, options.lengths, options.before):
+        row = (f"{line.length_ms / 1000:6.2f} s   {line.own_ms:8.0f} ms   {line.own_ms / line.length_ms:18.3f}"
+               f"   {line.limit_ms:5.0f} ms   {line.own_ms / line.limit_ms:9.2f}   {line.speech_ms:5.0f} ms")
+        if options.before:
+            row += f"   {line.before_ms:5.0f} ms   {line.own_ms / line.before_ms:5.2f}"
+        print(row, flush=True)
     return 0
 
 

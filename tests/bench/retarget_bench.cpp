@@ -64,12 +64,6 @@ void retargetAllFrames(benchmark::State& state) {
 }
 BENCHMARK(retargetAllFrames)->Unit(benchmark::kMillisecond);
 
-void retargetMarkerByMarker(benchmark::State& state) {
-  const Setup setup;
-  for (auto _ : state) markerByMarker(setup);
-}
-BENCHMARK(retargetMarkerByMarker)->Unit(benchmark::kMillisecond);
-
 void fitWarp(benchmark::State& state) {
   const Setup setup;
   const MarkerPositions target = setup.warp.targetFromActor(setup.actor);
