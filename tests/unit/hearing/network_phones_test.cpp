@@ -42,20 +42,21 @@ using test::heardShare;
 constexpr Seconds kAhead = 0.2;
 const HeardPhones kUnheard;
 
-std::shared_ptr<WordNetwork> shipped() {
-  static const auto network = std::make_shared<WordNetwork>(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "word_network");
-  return network;
-}
-
 class NetworkPhones : public testing::Test {
  protected:
+  static std::shared_ptr<WordNetwork> shipped() { return network_; }
+
   void SetUp() override {
-#if defined(__x86_64__)
-    ASSERT_TRUE(shipped()->isThere()) << "`make build` brings it";
-#else
+#if !defined(__x86_64__)
     if (!shipped()->isThere()) GTEST_SKIP() << "ONNX Runtime is not packed for this processor";
 #endif
+    ASSERT_TRUE(shipped()->isThere()) << "`make build` brings it";
   }
+
+ private:
+  /// Started once for all of the suite.
+  static inline const auto network_ =
+      std::make_shared<WordNetwork>(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "word_network");
 };
 
 /// Nobody's voice that taught it.
