@@ -162,12 +162,19 @@ TEST_F(FaceJudgeTest, MendsLipsThatHangOnEachOther) {
 }
 
 TEST_F(FaceJudgeTest, LeavesAloneWhatItCannotMend) {
-  JudgedPoses gaping = opening();
-  gaping.rows[6].closed = true;
+  // As few poses as show it: all are judged in each of the many ways that are tried.
+  const JudgedPoses all = opening();
+  JudgedPoses gaping;
+  gaping.motion = {all.motion.frame_rate_hz, all.motion.marker_names,
+                   all.motion.positions_mm(std::vector{0, 6, 12}, Eigen::all)};
+  gaping.lips = {all.lips[0], all.lips[6], all.lips[12]};
+  gaping.tongue.resize(3);
+  gaping.rows = {{"shut", true}, {"gaping", true}, {"shut again", true}};
   const ActorPose actor{test::madeUpActor().neutral_mm, 0};
   FaceFile face = file_;
   FaceRig rig = FaceRig::of(face, mesh_, "default.face");
   const FaceJudgement before = judgeFace(rig, face, gaping, actor);
+  ASSERT_NE(faultOf(before, "closures"), nullptr);
   EXPECT_EQ(mendFace(face, rig, gaping, actor, before).faults.size(), before.faults.size());
   EXPECT_EQ(faceFileToBytes(face), faceFileToBytes(file_));
 }
