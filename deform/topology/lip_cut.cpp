@@ -94,13 +94,15 @@ void addBag(GrownMesh& cut, const std::vector<std::uint32_t>& upper, const std::
     auto& row = rows.emplace_back();
     for (std::size_t i = 0; i < upper.size(); ++i) {
       const double way = wayOf(upper, i);
-      const double deep = std::sqrt(std::max(0.0, std::sin(std::numbers::pi * way))) * width;
+      // Low at the corners: skin that comes down there less than the lip does would lie before the bag.
+      const double bulge = std::max(0.0, std::sin(std::numbers::pi * way));
+      const double deep = std::sqrt(bulge) * width, high = bulge * width;
       const bool is_corner = i == 0 || i + 1 == upper.size();
       const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
       row.push_back(is_corner ? upper[i]
                               : addVertex(cut,
                                           behindSkin(pointAt(mesh.vertices, rows[rows.size() - 2][i]), rim,
-                                                     deep * place.back * back, deep * place.up * up),
+                                                     deep * place.back * back, high * place.up * up),
                                           upper[i]));
     }
   }
