@@ -1,16 +1,15 @@
 #include "corpus_tools/building/build_state.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -54,23 +53,25 @@ constexpr const char* kSettingsKey = "build_settings";
 constexpr const char* kHolderFile = "process";
 constexpr std::uint64_t kLongestNumber = 20;
 
-/// Says in the folder whose it is, for the message to the next that comes.
+/// Says in the folder whose it is, for the message to the next that comes. Who has locked it a moment ago has not said
+/// so yet, and who leaves it no longer: it is looked at for a while.
 std::unique_ptr<FileLock> locked(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  const int descriptor = error ? -1 : ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor < 0)
-    throw InputError(folder.string(), "",
-                     fmt::format("cannot be made: {}", std::strerror(error ? error.value() : errno)));
-  auto lock = std::make_unique<FileLock>(descriptor);
+  constexpr int kLooks = 50;
+  constexpr std::chrono::milliseconds kBetweenLooks(20);
   const fs::path holder = folder / kHolderFile;
-  if (!lock->isOurs()) {
-    const std::string process = fs::exists(holder, error) ? readFile(holder, kLongestNumber) : "unknown";
-    throw InputError(folder.string(), "",
-                     fmt::format("is in use: the same corpus is being built by process {}", printable(process)));
+  std::error_code error;
+  for (int look = 0; look < kLooks; ++look) {
+    std::unique_ptr<FileLock> lock(new FileLock(FileLock::ofFolder(folder)));
+    if (lock->isOurs()) {
+      writeFileAtomically(holder, std::to_string(::getpid()));
+      return lock;
+    }
+    if (fs::exists(holder, error)) break;
+    std::this_thread::sleep_for(kBetweenLooks);
   }
-  writeFileAtomically(holder, std::to_string(::getpid()));
-  return lock;
+  const std::string process = fs::exists(holder, error) ? readFile(holder, kLongestNumber) : "unknown";
+  throw InputError(folder.string(), "",
+                   fmt::format("is in use: the same corpus is being built by process {}", printable(process)));
 }
 
 }  // namespace

@@ -93,6 +93,7 @@ class VideoTaker {
       if (options_.again || !isDone(clip, takeFile(name))) names.push_back(name);
     }
     result_.kept = clips_.size() - names.size();
+    expectOurTakes(names);
     std::size_t done = result_.kept;
     const auto advance = [&] {
       const std::lock_guard lock(mutex_);
@@ -113,6 +114,19 @@ class VideoTaker {
  private:
   [[nodiscard]] fs::path takeFile(const std::string& name) const { return folder_ / (name + ".c3d"); }
   [[nodiscard]] fs::path personFile() const { return folder_ / "person.json"; }
+
+  /// Throws InputError where a take would replace what no earlier run has made: those have left a person.json and both
+  /// files of the take.
+  void expectOurTakes(const std::vector<std::string>& names) const {
+    std::error_code error;
+    for (const std::string& name : names) {
+      const fs::path sound = folder_ / (name + ".wav"), motion = takeFile(name);
+      const bool has_sound = fs::exists(sound, error), has_motion = fs::exists(motion, error);
+      if ((has_sound || has_motion) && !(has_motion && fs::exists(personFile(), error)))
+        throw InputError((has_sound ? sound : motion).string(), "",
+                         "is there and was not made by tracking; expected another folder for --out");
+    }
+  }
 
   void tryClip(const std::string& name, const std::function<void(const std::string&)>& work) {
     try {

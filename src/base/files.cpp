@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <openssl/evp.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -32,10 +33,21 @@ constexpr std::string_view kTemporarySuffix = ".tmp";
   throw InputError(path.string(), "", fmt::format("cannot be written: {}", std::strerror(error)));
 }
 
-/// An empty file of an unforeseeable name beside `final_path` and nobody else's; it is removed unless it was renamed.
+/// The mode of the file that would be replaced; nothing where none is, or a link: where that leads says nothing of it.
+/// Throws InputError for one that is write-protected, from root, too.
+std::optional<mode_t> modeOfReplaced(const fs::path& path) {
+  struct stat facts {};
+  if (::lstat(path.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode)) return std::nullopt;
+  if ((facts.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || ::access(path.c_str(), W_OK) != 0)
+    throw InputError(path.string(), "", "is write-protected; expected a file to write");
+  return facts.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
+}
+
+/// An empty file of an unforeseeable name beside `final_path` and nobody else's, to be read by those who may read what
+/// is there; it is removed unless it was renamed.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const fs::path& final_path) {
+  explicit TemporaryFile(const fs::path& final_path) : mode_(modeOfReplaced(final_path)) {
     const std::string prefix = "." + final_path.filename().string() + ".";
     sweepLeftovers(final_path.parent_path(), prefix, std::string(kTemporarySuffix));
     unfinished_.emplace([&] { return make(final_path, prefix); });
@@ -65,6 +77,8 @@ class TemporaryFile {
       const int descriptor = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
       if (descriptor >= 0) {
         lock_.emplace(descriptor);
+        // File systems without modes refuse; there is nothing to keep then.
+        if (mode_) static_cast<void>(::fchmod(descriptor, *mode_ | S_IRUSR | S_IWUSR));
         return noted;
       }
       if (errno != EEXIST) failWriting(final_path, errno);
@@ -73,6 +87,7 @@ class TemporaryFile {
   }
 
   fs::path path_;
+  std::optional<mode_t> mode_;
   std::optional<FileLock> lock_;
   std::optional<Unfinished> unfinished_;
   bool renamed_ = false;

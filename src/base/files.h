@@ -17,7 +17,8 @@ std::string readFile(const std::filesystem::path& path, std::uint64_t max_bytes 
 
 /// Writes under a temporary name in the same folder that nobody can foresee, flushes to disk, then renames over `path`;
 /// on any failure (full disk, no permission) the old file is untouched, the temporary one removed, and InputError names
-/// the file and the reason. Makes missing parent folders, and removes what killed processes left of the same file.
+/// the file and the reason. Makes missing parent folders, and removes what killed processes left of the same file. A
+/// new file has the mode of the one that it replaces, a write-protected one is refused, and a link is replaced itself.
 void writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 /// The same for a writer that needs a path (SQLite, libsndfile): `write` fills the temporary file.

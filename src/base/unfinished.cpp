@@ -1,6 +1,7 @@
 #include "base/unfinished.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,12 +10,15 @@
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
+#include <cstring>
 #include <ctime>
 #include <mutex>
 #include <new>
 #include <set>
 #include <system_error>
 #include <utility>
+
+#include "base/errors.h"
 
 namespace mouthpiece {
 namespace {
@@ -84,6 +88,16 @@ void endUnfinished() {
 
 FileLock::FileLock(int descriptor)
     : descriptor_(descriptor), is_ours_(::flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {}
+
+FileLock FileLock::ofFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const int descriptor = error ? -1 : ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor < 0)
+    throw InputError(folder.string(), "",
+                     fmt::format("cannot be made: {}", std::strerror(error ? error.value() : errno)));
+  return FileLock(descriptor);
+}
 
 FileLock::~FileLock() {
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -39,6 +39,9 @@ class FileLock {
  public:
   /// Takes the descriptor over, closes it at its end, and does not wait.
   explicit FileLock(int descriptor);
+  /// Of a folder, which is made where it is not there. Throws InputError when it cannot be, or is a link (its name with
+  /// a / behind it is what that leads to).
+  static FileLock ofFolder(const std::filesystem::path& folder);
   FileLock(const FileLock&) = delete;
   FileLock& operator=(const FileLock&) = delete;
   ~FileLock();

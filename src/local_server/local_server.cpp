@@ -2,18 +2,22 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
+#include <poll.h>
 #include <sys/random.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <semaphore>
 #include <utility>
 
 #include "base/errors.h"
@@ -23,6 +27,11 @@ namespace {
 
 constexpr std::size_t kMostErrorBytes = 1000;
 constexpr std::size_t kTokenBytes = 16;
+/// Connections whose requests are read at a time, besides those that are answered: who is silent keeps others waiting
+/// only where he has as many, and then no longer than kHeadTime.
+constexpr std::size_t kListeners = 32;
+using ServerClock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kHeadTime(2), kReadTime(10), kWriteTime(30);
 
 std::string randomToken() {
   std::array<unsigned char, kTokenBytes> bytes{};
@@ -66,6 +75,76 @@ class BoundedPool : public httplib::TaskQueue {
   std::mutex mutex_;
   std::condition_variable freed_;
   std::size_t room_;
+};
+
+/// A connection whose request's head has to come within kHeadTime in all, and each piece of a body within kReadTime.
+class Connection : public httplib::Stream {
+ public:
+  Connection(socket_t socket, const std::atomic<socket_t>& listener)
+      : socket_(socket), listener_(listener), head_until_(ServerClock::now() + kHeadTime) {}
+
+  void endHead() { head_until_.reset(); }
+
+  [[nodiscard]] bool is_readable() const override {
+    return at_ < got_ || wait(POLLIN, head_until_.value_or(ServerClock::now() + kReadTime));
+  }
+  [[nodiscard]] bool is_writable() const override { return wait(POLLOUT, ServerClock::now() + kWriteTime); }
+  ssize_t read(char* to, std::size_t size) override {
+    if (at_ == got_) {
+      if (!is_readable()) return -1;
+      const ssize_t count = ::recv(socket_, buffer_.data(), buffer_.size(), 0);
+      if (count <= 0) return count;
+      at_ = 0;
+      got_ = static_cast<std::size_t>(count);
+    }
+    const std::size_t count = std::min(size, got_ - at_);
+    std::copy_n(buffer_.data() + at_, count, to);
+    at_ += count;
+    return static_cast<ssize_t>(count);
+  }
+  ssize_t write(const char* from, std::size_t size) override {
+    return is_writable() ? ::send(socket_, from, size, MSG_NOSIGNAL) : -1;
+  }
+  void get_remote_ip_and_port(std::string& ip, int& port) const override {
+    ip = "127.0.0.1";
+    port = 0;
+  }
+  void get_local_ip_and_port(std::string& ip, int& port) const override { get_remote_ip_and_port(ip, port); }
+  [[nodiscard]] socket_t socket() const override { return socket_; }
+
+ private:
+  /// A server that is told to stop waits for no head.
+  [[nodiscard]] bool wait(short event, ServerClock::time_point until) const {
+    constexpr std::chrono::milliseconds kStep(100);
+    pollfd state{socket_, event, 0};
+    while (ServerClock::now() < until && !(head_until_ && listener_ == INVALID_SOCKET)) {
+      const int ready = ::poll(&state, 1, static_cast<int>(kStep.count()));
+      if (ready > 0) return true;
+      if (ready < 0 && errno != EINTR) return false;
+    }
+    return false;
+  }
+
+  socket_t socket_;
+  const std::atomic<socket_t>& listener_;
+  std::optional<ServerClock::time_point> head_until_;  ///< none: it has come
+  std::array<char, 1 << 14> buffer_{};
+  std::size_t at_ = 0, got_ = 0;
+};
+
+/// The library's own way of reading gives a connection five seconds to begin, and ten for each letter.
+class ImpatientServer : public httplib::Server {
+ private:
+  /// A connection serves one request: what a refused one has left unread is not taken for the next.
+  bool process_and_close_socket(socket_t socket) override {
+    Connection connection(socket, svr_sock_);
+    bool is_closed = false;
+    const bool is_answered =
+        process_request(connection, true, is_closed, [&connection](const httplib::Request&) { connection.endHead(); });
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return is_answered;
+  }
 };
 
 /// The library would let a second server of the same user share the port.
@@ -116,7 +195,10 @@ bool isHtmlForm(std::string_view type) {
 }  // namespace
 
 struct LocalServer::Data {
-  httplib::Server server;
+  explicit Data(std::size_t threads) : free_to_answer(static_cast<std::ptrdiff_t>(threads)) {}
+
+  ImpatientServer server;
+  std::counting_semaphore<> free_to_answer;
   int port = 0;
   std::string token = randomToken();
   std::map<std::string, Handler> gets, posts;
@@ -139,7 +221,7 @@ struct LocalServer::Data {
                                                                        : request.get_param_value("token");
     return isSame(given, token);
   }
-  void answer(const Handler& handler, const httplib::Request& request, httplib::Response& response) const;
+  void answer(const Handler& handler, const httplib::Request& request, httplib::Response& response);
 };
 
 std::optional<LocalReply> LocalServer::Data::refusal(const httplib::Request& request) const {
@@ -167,14 +249,16 @@ std::optional<LocalReply> LocalServer::Data::refusal(const httplib::Request& req
   return {};
 }
 
-void LocalServer::Data::answer(const Handler& handler, const httplib::Request& request,
-                               httplib::Response& response) const {
+void LocalServer::Data::answer(const Handler& handler, const httplib::Request& request, httplib::Response& response) {
   LocalRequest asked;
   for (const auto& [name, value] : request.params) {
     if (name != "token") asked.parameters.emplace(name, value);
   }
   asked.body = request.body;
-  send(response, answered(handler, asked));
+  free_to_answer.acquire();
+  LocalReply reply = answered(handler, asked);
+  free_to_answer.release();
+  send(response, std::move(reply));
 }
 
 std::string LocalRequest::parameter(const std::string& name) const {
@@ -182,16 +266,13 @@ std::string LocalRequest::parameter(const std::string& name) const {
   return found == parameters.end() ? std::string() : found->second;
 }
 
-LocalServer::LocalServer(const LocalServerOptions& options) : data_(std::make_unique<Data>()) {
+LocalServer::LocalServer(const LocalServerOptions& options)
+    : data_(std::make_unique<Data>(std::max<std::size_t>(options.threads, 1))) {
   httplib::Server& server = data_->server;
-  const std::size_t threads = std::max<std::size_t>(options.threads, 1);
+  const std::size_t threads = std::max<std::size_t>(options.threads, 1) + kListeners;
   server.new_task_queue = [threads, most = threads + options.max_waiting] { return new BoundedPool(threads, most); };
   server.set_socket_options(takePortAlone);
   server.set_payload_max_length(options.max_body_bytes);
-  // A connection serves one request: what a refused one has left unread is not taken for the next.
-  server.set_keep_alive_max_count(1);
-  server.set_read_timeout(10);
-  server.set_write_timeout(30);
   server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
                               {"Referrer-Policy", "no-referrer"},
                               {"Cache-Control", "no-store"},
@@ -203,9 +284,12 @@ LocalServer::LocalServer(const LocalServerOptions& options) : data_(std::make_un
     send(response, std::move(*refused));
     return httplib::Server::HandlerResponse::Handled;
   });
-  server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+  server.set_error_handler([most = options.max_body_bytes](const httplib::Request& request,
+                                                           httplib::Response& response) {
     if (!response.body.empty()) return;
-    send(response, errorReply(response.status, response.status == 413 ? "the body is too large" : "a broken request"));
+    const std::string too_long =
+        fmt::format("the body is {} bytes long; expected at most {}", request.get_header_value("Content-Length"), most);
+    send(response, errorReply(response.status, response.status == 413 ? too_long : "a broken request"));
   });
   data_->port = options.port;
   const bool is_bound = options.port == 0 ? (data_->port = server.bind_to_any_port("127.0.0.1")) > 0

@@ -12,7 +12,7 @@ namespace mouthpiece {
 /// A request that has passed every check: it comes from this machine, names it, and knows the token.
 struct LocalRequest {
   std::map<std::string, std::string> parameters;  ///< of the query, decoded, without the token; of two alike the first
-  std::string body;                               ///< as it was sent; any bytes
+  std::string_view body;                          ///< as it was sent; any bytes; it stays until the reply is given
 
   /// "" where it is missing.
   [[nodiscard]] std::string parameter(const std::string& name) const;
@@ -30,15 +30,15 @@ struct LocalReply {
 struct LocalServerOptions {
   int port = 0;                            ///< 0: one that is free
   std::size_t max_body_bytes = 64u << 20;  ///< a longer body is refused with 413
-  std::size_t threads = 4;                 ///< that answer at the same time, at least 1
-  std::size_t max_waiting = 16;            ///< connections that wait for one; more wait in the system's queue
+  std::size_t threads = 4;                 ///< requests that are answered at the same time, at least 1
+  std::size_t max_waiting = 16;            ///< connections that wait to be read; more wait in the system's queue
 };
 
 /// A web server for the pages of one user on one machine. It listens on 127.0.0.1 alone and answers only a request
 /// whose Host (and Origin, where one is sent) is its own address, so that no site of the network can reach it through
 /// the user's browser (DNS rebinding), and which knows the random token of this run: as the parameter `token` or the
 /// header `X-Mouthpiece-Token`. Only the named routes exist; no file is served by its path. What fails is told as
-/// `{"error": "one line"}`.
+/// `{"error": "one line"}`. A connection that has not sent the head of its request after 2 s is closed.
 class LocalServer {
  public:
   using Handler = std::function<LocalReply(const LocalRequest&)>;

@@ -47,6 +47,13 @@ std::string beginningOf(const fs::path& file) {
   return bytes;
 }
 
+/// Without links and dots; "" where a file system does not tell.
+fs::path realPath(const fs::path& file) {
+  std::error_code error;
+  const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
+  return error ? fs::path() : real;
+}
+
 void checkOutput(const CLI::App& command, const CLI::Option& option, OutputKind kind, const std::string& file) {
   const auto refuse = [&](std::string_view what) { throw InputError(file, option.get_name(), what); };
   for (const CLI::Option* other : optionsOf(command)) {
@@ -96,9 +103,19 @@ void expectWritable(const fs::path& folder) {
 }
 
 bool isSameFile(const fs::path& a, const fs::path& b) {
-  std::error_code error;
-  const fs::path first = fs::weakly_canonical(fs::absolute(a, error), error);
-  return !error && first == fs::weakly_canonical(fs::absolute(b, error), error) && !error;
+  const fs::path real = realPath(a);
+  return !real.empty() && real == realPath(b);
+}
+
+void FilesRead::add(const fs::path& file, const std::string& by) {
+  if (!file.empty() && file != "-") files_.emplace(realPath(file), by);
+}
+
+void FilesRead::expectNot(const fs::path& output, const std::string& option) const {
+  const auto found = files_.find(realPath(output));
+  if (found != files_.end() && !found->first.empty())
+    throw InputError(output.string(), option,
+                     fmt::format("is what {} names, too; expected another name or folder", found->second));
 }
 
 }  // namespace mouthpiece

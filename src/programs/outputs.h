@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): not ours
@@ -33,5 +35,17 @@ void expectWritable(const std::filesystem::path& folder);
 
 /// Whether both are names of one file or folder, which may be there or not.
 bool isSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
+
+/// The files that a command reads, for outputs whose names no option gives by themselves: those of a folder, of a list.
+class FilesRead {
+ public:
+  /// `by`: what names the file, as an error is to tell it. "" and "-" are no files.
+  void add(const std::filesystem::path& file, const std::string& by);
+  /// Throws InputError, with `option` as its place, for an output that is one of them.
+  void expectNot(const std::filesystem::path& output, const std::string& option) const;
+
+ private:
+  std::map<std::filesystem::path, std::string> files_;  ///< their real paths, and what names each
+};
 
 }  // namespace mouthpiece

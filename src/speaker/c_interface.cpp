@@ -119,11 +119,18 @@ void tellFrame(const Frame& from, mouthpiece_frame& frame) {
   std::copy(from.arkit.begin(), from.arkit.end(), frame.arkit);
 }
 
+/// More than any stream takes at once; a larger count is a mistake of the caller's.
+void expectCount(size_t count) {
+  constexpr size_t kMost = 48'000 * 3600;
+  if (count > kMost) throw InputError(fmt::format("found {} samples; expected at most {} at once", count, kMost));
+}
+
 template <typename Sample>
 int pushLive(mouthpiece_live* live, const Sample* samples, size_t count, uint64_t at, char* error, size_t error_size) {
   return guarded(error, error_size, [&] {
     expectGiven(live, "live stream");
     if (count > 0) expectGiven(samples, "sound");
+    expectCount(count);
     const std::span<const Sample> chunk(samples, count);
     at == MOUTHPIECE_FOLLOWS ? live->stream.push(chunk) : live->stream.push(chunk, at);
   });
@@ -345,6 +352,7 @@ int mouthpiece_live_push_sound_of_words(mouthpiece_live* live, const float* samp
   return guarded(error, error_size, [&] {
     expectGiven(live, "live stream");
     if (count > 0) expectGiven(samples, "sound");
+    expectCount(count);
     live->stream.pushSoundOfWords(std::span(samples, count));
   });
 }

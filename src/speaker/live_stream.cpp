@@ -32,7 +32,8 @@ void expectUsable(const LiveOptions& options) {
 void expectSpan(const TimeSpan& span) {
   if (!(span.start >= 0 && span.end > span.start && span.end < kFurthest))
     throw InputError(
-        fmt::format("found times {} to {} s; expected a start from 0 s on and a later end", span.start, span.end));
+        fmt::format("found times {} to {} s; expected a start from 0 s on and a later end, before {:.0f} s", span.start,
+                    span.end, kFurthest));
 }
 
 }  // namespace
@@ -281,7 +282,7 @@ void LiveStream::push(std::span<const std::int16_t> samples, std::uint64_t at) {
 void LiveStream::push(const LivePhone& phone) {
   expectSpan(phone.span);
   std::vector<PhoneSegment> segments;
-  if (isSilenceName(phone.phone)) {
+  if (isSilenceName(phone.phone) && !phone.phone.empty()) {
     segments.push_back({.phone = Phone::kSil, .span = phone.span});
   } else {
     std::vector<std::string> unknown;
@@ -330,7 +331,7 @@ void LiveStream::silence(Seconds until) {
   data.expectOpen(false);
   data.catchUp();
   if (!(until >= 0 && until < kFurthest))
-    throw InputError(fmt::format("found silence until {} s; expected a time", until));
+    throw InputError(fmt::format("found silence until {} s; expected 0 to {:.0f} s", until, kFurthest));
   if (until > data.motion.saidUntil())
     data.pushPhones({{.phone = Phone::kSil, .span = {data.motion.saidUntil(), until}}});
 }

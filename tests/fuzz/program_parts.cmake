@@ -6,7 +6,8 @@ function(mouthpiece_program_parts target fuzzer)
   elseif(fuzzer STREQUAL tables_fuzz)
     target_sources(${target} PRIVATE ${src}/programs/config_file.cpp ${src}/programs/synth/batch_list.cpp
       ${src}/programs/synth/batch_table.cpp ${src}/speaker/line.cpp)
-    target_link_libraries(${target} PRIVATE fmt::fmt mouthpiece::hearing_alignment mouthpiece::phonetics_language)
+    target_link_libraries(${target} PRIVATE fmt::fmt mouthpiece::hearing_alignment mouthpiece::phonetics_language
+      mouthpiece::phonetics_text)
   elseif(fuzzer STREQUAL manifest_fuzz)
     target_sources(${target} PRIVATE ${src}/programs/synth/batch_manifest.cpp)
     target_link_libraries(${target} PRIVATE fmt::fmt nlohmann_json::nlohmann_json)

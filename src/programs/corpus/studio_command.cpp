@@ -103,7 +103,9 @@ void addStudioRoutes(LocalServer& server, StudioSession& session, const std::str
   post("/forget-all", [&session](const LocalRequest&) { session.forgetAll(); });
   post("/wear", [&session](const LocalRequest& request) { session.wearHead(request.parameter("head")); });
   post("/head", [&session](const LocalRequest& request) { session.keepHead(request.parameter("name"), request.body); });
-  post("/make", [&session](const LocalRequest& request) { session.make(request.body, request.parameter("voice")); });
+  post("/make", [&session](const LocalRequest& request) {
+    session.make(std::string(request.body), request.parameter("voice"));
+  });
 }
 
 int runStudio(const StudioArguments& given) {

@@ -64,6 +64,9 @@ StudioSession::StudioSession(StudioOptions options)
       takes_(options_.prompts.size()) {
   options_.folder = fs::absolute(options_.folder).lexically_normal();
   for (const char* name : {"", "incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
+  lock_.reset(new FileLock(FileLock::ofFolder(options_.folder / "")));
+  if (!lock_->isOurs())
+    throw InputError(options_.folder.string(), "", "is in use by another corpus studio; expected one at a time");
   takeUpEarlier();
   worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/unfinished.h"
 #include "corpus_tools/report/prompts.h"
 #include "corpus_tools/takes/take_files.h"
 #include "phonetics/text/lexicon.h"
@@ -41,6 +42,7 @@ struct StudioLook {
 /// the order of asking. Whatever is told to be kept is on the disk before the call returns. Thread-safe.
 class StudioSession {
  public:
+  /// Throws InputError while another program has the folder.
   explicit StudioSession(StudioOptions options);
   StudioSession(const StudioSession&) = delete;
   StudioSession& operator=(const StudioSession&) = delete;
@@ -94,6 +96,7 @@ class StudioSession {
   [[nodiscard]] std::set<std::pair<Phone, Phone>> heldPairs() const;
 
   StudioOptions options_;
+  std::unique_ptr<FileLock> lock_;  ///< of the folder
   std::unique_ptr<FaceTracker> looking_, tracking_;
   std::unique_ptr<TakeLabeller> labeller_;
   std::optional<FilmedPerson> person_;

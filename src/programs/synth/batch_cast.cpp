@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "base/errors.h"
+#include "base/file_parts.h"
 #include "base/files.h"
 #include "base/json_text.h"
 #include "speaker/speaker_data.h"
@@ -14,6 +14,9 @@ namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A corpus and a head were opened before: their readers have had their say.
+constexpr std::uint64_t kOfAnySize = std::numeric_limits<std::uint64_t>::max();
 
 nlohmann::ordered_json toJson(const StyleParameter& style) {
   if (style.constant) return *style.constant;
@@ -35,22 +38,20 @@ SharedFace SharedCast::face(const fs::path& file) {
   return found != faces_.end() ? found->second : faces_.emplace(file, SharedFace(file)).first->second;
 }
 
-std::string fileHash(const fs::path& file) {
+std::string fileHash(const fs::path& file, std::uint64_t most) {
   if (file.empty()) return "";
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file.string(), "", "cannot be read");
   // Of the pieces' hashes: no file is held in memory.
-  constexpr std::size_t kPiece = std::size_t{1} << 24;
-  std::string piece(kPiece, '\0'), hashes;
-  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())) || stream.gcount() > 0)
-    hashes += sha256Hex(std::string_view(piece).substr(0, static_cast<std::size_t>(stream.gcount())));
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 24;
+  const FileReader reader(file, most);
+  std::string hashes;
+  for (std::uint64_t at = 0; at < reader.size(); at += kPiece) hashes += sha256Hex(reader.bytes(at, kPiece));
   return hashes.size() == 64 ? hashes : sha256Hex(hashes);
 }
 
 std::string settingsJson(const SpeakerOptions& options, SharedCast& cast) {
   const Manner& manner = options.manner;
   nlohmann::ordered_json settings = {{"mouthpiece", MOUTHPIECE_VERSION},
-                                     {"corpus", fileHash(cast.corpus(options.corpus).data().path)},
+                                     {"corpus", fileHash(cast.corpus(options.corpus).data().path, kOfAnySize)},
                                      {"voice", options.voice.empty() ? options.usual_voice : options.voice},
                                      {"rate", options.rate.value_or(0)},
                                      {"language", options.language},
@@ -70,8 +71,8 @@ std::string settingsJson(const SpeakerOptions& options, SharedCast& cast) {
                                      {"edits", fileHash(manner.edits)}};
   if (options.with_face) {
     const SharedFace face = cast.face(options.face);
-    settings["face"] = fileHash(face.data().path);
-    settings["mesh"] = fileHash(face.data().meshPath());
+    settings["face"] = fileHash(face.data().path, kOfAnySize);
+    settings["mesh"] = fileHash(face.data().meshPath(), kOfAnySize);
   }
   return jsonText(settings);
 }

@@ -14,6 +14,8 @@
 #include "base/index.h"
 #include "base/page_data.h"
 #include "base/parallel_for.h"
+#include "base/text_encoding.h"
+#include "base/text_numbers.h"
 #include "programs/synth/batch_input.h"
 #include "programs/synth/batch_manifest.h"
 #include "programs/synth/commands.h"
@@ -24,6 +26,8 @@ namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostShownBytes = 4096;
 
 struct BatchOptions : SharedOptions {
   fs::path list, cast;
@@ -66,7 +70,10 @@ void addOptions(CLI::App& app, BatchOptions& options) {
 /// Where a line's files go, relative to the folder: names with places for what differs.
 std::vector<std::string> patternsOf(const BatchOptions& options) {
   std::vector<std::string> patterns = options.patterns;
-  for (const std::string& format : options.formats) patterns.push_back("{id}." + format);
+  for (const std::string& format : options.formats) {
+    std::string pattern = fmt::format("{{id}}.{}", trimmed(format));
+    if (std::find(patterns.begin(), patterns.end(), pattern) == patterns.end()) patterns.push_back(std::move(pattern));
+  }
   if (patterns.empty()) {
     for (const fs::path& file : usualFiles("{id}")) patterns.push_back(file.string());
   }
@@ -98,7 +105,8 @@ std::string fileName(std::string text) {
     if (static_cast<unsigned char>(c) < 0x20 || std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos)
       c = '_';
   }
-  return text.empty() || text.front() == '.' ? "_" + text : text;
+  if (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.back() = '_';
+  return text.empty() || text.front() == '.' || text.front() == '-' || isDeviceName(text) ? "_" + text : text;
 }
 
 std::vector<std::string> filesOf(const BatchLine& line, const std::vector<std::string>& patterns) {
@@ -175,9 +183,10 @@ class BatchRun {
   int run() {
     list_ = readBatchList(options_.list, options_.languages);
     for (const std::string& notice : list_.notices)
-      printNotice(fmt::format("{} {}", options_.list.string(), notice), options_.quiet);
+      printNotice(fmt::format("{} {}", printable(options_.list.string(), kMostShownBytes), notice), options_.quiet);
     for (const RowFault& fault : options_.check ? std::span<const RowFault>(list_.faults) : ownFaults())
-      printNotice(fmt::format("{}:{}: {}", options_.list.string(), fault.row, fault.what), false);
+      printNotice(fmt::format("{}:{}: {}", printable(options_.list.string(), kMostShownBytes), fault.row, fault.what),
+                  false);
     lines_ = linesOfShard(list_.lines, shard_);
     for (BatchLine& batch_line : lines_) {
       Line& line = batch_line.line;
@@ -190,17 +199,8 @@ class BatchRun {
       return list_.faults.empty() ? kExitDone : kExitBadInput;
     }
     if (list_.lines.empty()) return kExitBadInput;  // what is wrong with each row has been told
-    files_.reserve(lines_.size());
-    std::set<std::string> names;
-    for (const BatchLine& line : lines_) {
-      files_.push_back(filesOf(line, patterns_));
-      for (const std::string& name : files_.back()) {
-        if (!names.insert(name).second)
-          throw InputError(
-              "-o", "",
-              fmt::format("gives two lines the file '{}'; expected {{id}} and {{language}} in it", printable(name)));
-      }
-    }
+    nameFiles();
+    expectOurManifest(options_.out_folder, stem_);
     ManifestJournal journal(options_.out_folder, stem_);
     journal_ = &journal;
     takeStock();
@@ -215,6 +215,52 @@ class BatchRun {
     SpeakerOptions options;
     std::string settings;
   };
+
+  /// Throws InputError where two files would have one name, in whatever case, or one would replace what is read.
+  void nameFiles() {
+    const std::string option = options_.formats.empty() ? "-o" : "--format";
+    const FilesRead read = filesRead();
+    std::set<std::string> names, manifest;
+    for (const std::string& name : manifestFiles(stem_)) {
+      read.expectNot(options_.out_folder / name, "--out");
+      manifest.insert(lowerCase(name));
+    }
+    files_.reserve(lines_.size());
+    for (const BatchLine& line : lines_) {
+      files_.push_back(filesOf(line, patterns_));
+      for (const std::string& name : files_.back()) {
+        if (!names.insert(lowerCase(name)).second)
+          throw InputError(
+              option, "",
+              fmt::format("gives two lines the file '{}'; expected {{id}} and {{language}} in it", printable(name)));
+        if (manifest.contains(lowerCase(name)))
+          throw InputError(option, "", fmt::format("gives a line the file '{}', which is the manifest's", name));
+        read.expectNot(options_.out_folder / name, option);
+      }
+    }
+  }
+
+  /// Of all shards; what a cast names by its speaker.
+  FilesRead filesRead() {
+    FilesRead read = filesReadBy(usual_);
+    read.add(options_.list, "list");
+    read.add(options_.cast, "--cast");
+    const auto addFace = [&](const SpeakerOptions& who, const std::string& by) {
+      if (who.with_face && !who.face.empty()) read.add(shared_.face(who.face).data().meshPath(), by);
+    };
+    addFace(usual_, "the face");
+    for (const auto& [speaker, member] : cast_) {
+      const std::string by = fmt::format("the cast's {}", printable(speaker));
+      for (const fs::path& file : {member.corpus, member.face, member.lexicon}) read.add(file, by);
+      addFace(member, by);
+    }
+    for (const BatchLine& line : list_.lines) {
+      const Line& wish = line.line;
+      for (const fs::path& file : {wish.audio, wish.phones, wish.times, wish.song})
+        read.add(file, fmt::format("row {} of the list", line.row));
+    }
+    return read;
+  }
 
   /// How a line is to be spoken; `voice` tells those alike.
   const Wanted& wantedFor(const BatchLine& line) {
@@ -246,11 +292,32 @@ class BatchRun {
     return sha256Hex(all).substr(0, 16);
   }
 
-  bool areThere(const LineRecord& record) const {
+  /// Whether the files of these names are there, as the record tells of them.
+  bool areThere(const LineRecord& record, const std::vector<std::string>& names) const {
+    if (!std::equal(record.files.begin(), record.files.end(), names.begin(), names.end(),
+                    [](const LineRecord::File& file, const std::string& name) { return file.name == name; }))
+      return false;
     return std::all_of(record.files.begin(), record.files.end(), [&](const LineRecord::File& file) {
       std::error_code error;
       return fs::file_size(options_.out_folder / file.name, error) == file.bytes && !error;
     });
+  }
+
+  /// Tells of lines that an earlier run has made and the list has no more: their files stay.
+  void tellWhatIsLeft(const Manifest& manifest) const {
+    std::set<std::string_view> keys;
+    for (const BatchLine& line : list_.lines) keys.insert(line.key);
+    const auto left = std::count_if(manifest.lines.begin(), manifest.lines.end(), [&](const LineRecord& line) {
+      return line.status == LineRecord::Status::kMade && !keys.contains(line.key);
+    });
+    const std::string list = options_.list.filename().string();
+    const bool is_other = !manifest.list.empty() && manifest.list != list;
+    if (!is_other && left == 0) return;
+    printNotice(fmt::format("{} was made of {}; {} of its lines {} not in {}; {} files stay",
+                            printable((options_.out_folder / (stem_ + ".json")).string(), kMostShownBytes),
+                            printable(manifest.list), left, left == 1 ? "is" : "are", printable(list),
+                            left == 1 ? "its" : "their"),
+                options_.quiet);
   }
 
   /// What earlier runs have made, of this shard or another, and has not changed.
@@ -260,6 +327,7 @@ class BatchRun {
       try {
         std::optional<Manifest> manifest = readManifest(options_.out_folder, stem);
         if (!manifest) continue;
+        if (stem == stem_) tellWhatIsLeft(*manifest);
         for (LineRecord& line : manifest->lines) known.emplace(line.key, std::move(line));
         if (stem == stem_) manifest_.players = std::move(manifest->players);
       } catch (const InputError& error) {
@@ -267,20 +335,31 @@ class BatchRun {
       }
     }
     records_.resize(lines_.size());
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
+    for (std::size_t i = 0; i < lines_.size(); ++i) records_[i] = recordOfEarlier(i, known);
+  }
+
+  /// A line's record of an earlier run; else it is one of those that are missing, or one whose files are none.
+  LineRecord recordOfEarlier(std::size_t i, const std::multimap<std::string, LineRecord>& known) {
+    LineRecord record;
+    static_cast<void>(wantedFor(lines_[i]));  // settings that cannot be read are no line's fault
+    try {
       const std::string hash = hashOf(i);
-      LineRecord record;
       const auto [first, last] = known.equal_range(lines_[i].key);
       const auto same = std::find_if(first, last, [&](const auto& entry) {
-        return entry.second.hash == hash && entry.second.status == LineRecord::Status::kMade && areThere(entry.second);
+        return entry.second.hash == hash && entry.second.status == LineRecord::Status::kMade &&
+               areThere(entry.second, files_[i]);
       });
       const bool is_there = same != last && !options_.again;
       if (is_there) record = same->second;
-      describe(lines_[i], record);
       record.hash = hash;
-      records_[i] = std::move(record);
-      if (!is_there) missing_.push_back(i);
+      (is_there ? kept_ : missing_).push_back(i);
+    } catch (const InputError& error) {
+      record.status = LineRecord::Status::kFailed;
+      record.error = error.what();
+      printNotice(fmt::format("{}: {}", lines_[i].key, record.error), false);
     }
+    describe(lines_[i], record);
+    return record;
   }
 
   static void describe(const BatchLine& line, LineRecord& record) {
@@ -416,10 +495,11 @@ class BatchRun {
         }));
     if (!options_.quiet) {
       printText(fmt::format("{} of {} made in {}", records_.size() - failed,
-                            counted(records_.size() + ownFaults().size(), "line"), options_.out_folder.string()));
-      if (const std::size_t kept = records_.size() - missing_.size(); kept > 0)
-        printText(fmt::format(", {} of them before", kept));
-      printText(fmt::format("; worst first in {}\n", (options_.out_folder / (stem_ + ".html")).string()));
+                            counted(records_.size() + ownFaults().size(), "line"),
+                            printable(options_.out_folder.string(), kMostShownBytes)));
+      if (!kept_.empty()) printText(fmt::format(", {} of them before", kept_.size()));
+      printText(fmt::format("; worst first in {}\n",
+                            printable((options_.out_folder / (stem_ + ".html")).string(), kMostShownBytes)));
     }
     return failed == 0 && ownFaults().empty() ? kExitDone : kExitBadInput;
   }
@@ -437,6 +517,7 @@ class BatchRun {
   std::vector<std::vector<std::string>> files_;  ///< of each of them
   std::vector<LineRecord> records_;              ///< the same
   std::vector<std::size_t> missing_;             ///< places of those that are to be made
+  std::vector<std::size_t> kept_;                ///< of those that an earlier run has made
   Manifest manifest_;
   ManifestJournal* journal_ = nullptr;
   std::mutex mutex_;

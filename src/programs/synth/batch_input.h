@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -37,9 +38,12 @@ struct DelimitedTable {
 /// are faults; so is a quote that never closes, which then ends with its line. Throws InputError for broken UTF-16.
 DelimitedTable parseDelimited(std::string_view bytes, std::string_view file);
 
+/// Whether a file of this name, or with any ending behind it, would be a device on Windows: CON, lpt1.wav.
+bool isDeviceName(std::string_view name);
+
 /// One line to make.
 struct BatchLine {
-  std::string id;  ///< letters, digits, '.', '_' and '-'
+  std::string id;  ///< letters, digits, '.', '_' and '-'; no two of a list differ in case alone
   std::string
       language;         ///< the tag of its column in a table with a column a language; else of its language cell; or ""
   std::string speaker;  ///< of its cell; "" without such a column
@@ -96,7 +100,7 @@ class SharedCast {
 /// What decides how a line comes out besides its words, as JSON: files by their SHA-256.
 std::string settingsJson(const SpeakerOptions& options, SharedCast& cast);
 
-/// SHA-256 of a file of any size; "" for no file.
-std::string fileHash(const std::filesystem::path& file);
+/// SHA-256 of a file; "" for no file. Throws InputError for one of over `most` bytes, and for a pipe or a device.
+std::string fileHash(const std::filesystem::path& file, std::uint64_t most = std::uint64_t{1} << 31);
 
 }  // namespace mouthpiece

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 #include <optional>
 
 #include "base/errors.h"
@@ -13,6 +14,7 @@
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "phonetics/language/language.h"
+#include "phonetics/text/speakable_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -71,8 +73,14 @@ bool isIdCharacter(char c) {
 }
 
 bool isUsableId(const std::string& id) {
-  return !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' &&
-         std::all_of(id.begin(), id.end(), isIdCharacter);
+  return !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' && id.front() != '-' && id.back() != '.' &&
+         std::all_of(id.begin(), id.end(), isIdCharacter) && !isDeviceName(id);
+}
+
+[[noreturn]] void refuseAlike(const DelimitedTable::Row& first, std::size_t a, std::size_t b, const std::string& file) {
+  throw InputError(file, std::to_string(first.line),
+                   fmt::format("found the columns '{}' and '{}', which mean the same; expected one of them",
+                               printable(first.cells[a]), printable(first.cells[b])));
 }
 
 /// Where things stand in a row.
@@ -90,7 +98,7 @@ struct Columns {
   }
 };
 
-/// Of several columns that may be meant the one with the usual name. Throws InputError where none has it.
+/// Of several columns that may be meant the one with the usual name. Throws InputError where none has it, or two.
 std::map<Use, std::size_t> usesOf(const DelimitedTable::Row& first, const std::string& file) {
   std::map<Use, std::size_t> uses;
   for (const auto& [use, names] : kColumnNames) {
@@ -98,19 +106,14 @@ std::map<Use, std::size_t> usesOf(const DelimitedTable::Row& first, const std::s
     for (std::size_t i = 0; i < first.cells.size(); ++i) {
       if (useOf(first.cells[i]) == use) candidates.push_back(i);
     }
-    const auto usual = std::find_if(candidates.begin(), candidates.end(),
-                                    [&, usual_name = names.substr(0, names.find(' '))](std::size_t i) {
-                                      return plainColumnName(first.cells[i]) == usual_name;
-                                    });
-    if (usual != candidates.end()) {
-      uses[use] = *usual;
-    } else if (candidates.size() > 1) {
-      throw InputError(file, std::to_string(first.line),
-                       fmt::format("found the columns '{}' and '{}', which mean the same; expected one of them",
-                                   printable(first.cells[candidates[0]]), printable(first.cells[candidates[1]])));
-    } else if (!candidates.empty()) {
-      uses[use] = candidates.front();
-    }
+    std::vector<std::size_t> usual;
+    std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(usual),
+                 [&, usual_name = names.substr(0, names.find(' '))](std::size_t i) {
+                   return plainColumnName(first.cells[i]) == usual_name;
+                 });
+    const std::vector<std::size_t>& meant = usual.empty() ? candidates : usual;
+    if (meant.size() > 1) refuseAlike(first, meant[0], meant[1], file);
+    if (!meant.empty()) uses[use] = meant.front();
   }
   return uses;
 }
@@ -129,6 +132,9 @@ Columns columnsOf(const DelimitedTable::Row& first, const std::string& file) {
     if (tag.empty()) {
       columns.others.push_back(i);
     } else {
+      for (const auto& [column, other] : columns.languages) {
+        if (lowerCase(other) == lowerCase(tag)) refuseAlike(first, column, i, file);
+      }
       columns.languages.emplace_back(i, tag);
     }
   }
@@ -212,12 +218,13 @@ class ListReader {
     if (!isUsableId(line.id))
       return fault(
           fmt::format("found the id '{}'; expected at most {} letters, digits, '_', '-' or '.', not starting "
-                      "with '.'",
+                      "with '.' or '-', nor ending with '.', and no name of a device as CON",
                       printable(line.id), kMaxIdLength));
-    const auto [first, is_new] = row_of_id_.try_emplace(line.id, row.line);
+    const auto [first, is_new] = row_of_id_.try_emplace(lowerCase(line.id), row.line);
     if (!is_new)
-      return fault(fmt::format("found the id '{}' a second time; expected each once (it is in row {} too)", line.id,
-                               first->second));
+      return fault(
+          fmt::format("found the id '{}' a second time; expected each once, in whatever case (it is in row {} too)",
+                      line.id, first->second));
     for (const std::size_t column : columns_.others) line.others.push_back(row.cells[column]);
     if (columns_.languages.empty()) return readLine(row, std::move(line), fault);
     for (const auto& [column, tag] : columns_.languages) {
@@ -228,7 +235,7 @@ class ListReader {
       if (one.line.text.empty()) {
         ++empty_cells_;
       } else {
-        list_.lines.push_back(std::move(one));
+        keep(std::move(one), fault);
       }
     }
   }
@@ -279,14 +286,20 @@ class ListReader {
     keep(std::move(line), fault);
   }
 
-  /// Files that are not there are told now, not when the line's turn comes.
+  /// Files that are not there and texts that are too long are told now, not when the line's turn comes.
   template <typename Fault>
   void keep(BatchLine line, const Fault& fault) {
     for (const std::filesystem::path& file : {line.line.audio, line.line.phones, line.line.times, line.line.song}) {
       std::error_code no_such_name;  // longer than any
-      if (!file.empty() && !std::filesystem::exists(file, no_such_name))
-        return fault(fmt::format("names '{}', which is not there", printable(file.string(), 400)));
+      if (file.empty() || std::filesystem::is_regular_file(file, no_such_name)) continue;
+      return fault(fmt::format("names '{}', which is {}", printable(file.string(), 400),
+                               std::filesystem::exists(file, no_such_name) ? "no regular file" : "not there"));
     }
+    const auto characters = static_cast<std::size_t>(
+        std::count_if(line.line.text.begin(), line.line.text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+    const std::size_t most = line.line.audio.empty() ? kMaxSpokenCharacters : kMaxTranscriptCharacters;
+    if (characters > most)
+      return fault(fmt::format("found a text of {} characters; expected at most {}", characters, most));
     list_.lines.push_back(std::move(line));
   }
 
@@ -325,6 +338,13 @@ bool setBy(SpeakerOptions& options, std::string_view name, const std::string& va
 }
 
 }  // namespace
+
+bool isDeviceName(std::string_view name) {
+  const std::string stem = lowerCase(name.substr(0, name.find('.')));
+  const bool is_port =
+      stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) && stem[3] >= '1' && stem[3] <= '9';
+  return is_port || isWordOf("con prn aux nul", stem);
+}
 
 Shard parseShard(const std::string& text) {
   Shard shard;

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/file_parts.h"
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "base/json_text.h"
@@ -28,6 +29,9 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostManifestBytes = std::uint64_t{1} << 30;
+constexpr std::string_view kMadeWith = "Mouthpiece ";
+constexpr std::string_view kPageTitle = "<title>Lines, worst first</title>";
+constexpr std::string_view kCsvBegins = "id,language,speaker,row,status,doubt,";
 constexpr std::array<std::string_view, 3> kStatusNames{"made", "failed", "unusable"};
 
 double toTenThousandth(double value) { return std::round(value * 1e4) / 1e4; }
@@ -140,6 +144,23 @@ std::vector<LinePlayer> playersOf(const JsonField& root) {
   return players;
 }
 
+/// Whether a file begins as one of a manifest's does; nothing, and what is not there, is nobody's.
+bool beginsAsOurs(const fs::path& file) {
+  std::error_code error;
+  if (fs::file_size(file, error) == 0 || !fs::exists(file, error)) return true;
+  if (!fs::is_regular_file(file, error)) return false;
+  const std::string begins = FileReader(file, kMostManifestBytes).bytes(0, 4096);
+  const std::string ending = file.extension().string();
+  if (ending == ".csv") return begins.starts_with(kCsvBegins);
+  if (ending == ".html") return begins.find(kPageTitle) != std::string::npos;
+  if (file.stem().extension() == ".players") return begins.starts_with("{\"players\":");
+  // Another program may have laid the JSON out anew; one that is cut is known by its beginning.
+  const nlohmann::json root = looseJson(readFile(file, kMostManifestBytes));
+  if (!root.is_object()) return begins.starts_with(fmt::format("{{\n \"made_with\": \"{}", kMadeWith));
+  const auto made_with = root.find("made_with");
+  return made_with != root.end() && made_with->is_string() && made_with->get<std::string>().starts_with(kMadeWith);
+}
+
 std::optional<std::string> readIfThere(const fs::path& path) {
   if (!fs::exists(path)) return std::nullopt;
   return readFile(path, kMostManifestBytes);
@@ -150,7 +171,7 @@ std::optional<std::string> readIfThere(const fs::path& path) {
 std::string recordLine(const LineRecord& record) { return jsonText(fieldsOf(record)) + "\n"; }
 
 std::string manifestJson(const Manifest& manifest) {
-  ordered_json root = {{"made_with", "Mouthpiece " MOUTHPIECE_VERSION},
+  ordered_json root = {{"made_with", std::string(kMadeWith) + MOUTHPIECE_VERSION},
                        {"list", manifest.list},
                        {"settings", ordered_json::parse(manifest.settings)},
                        {"lines_in_list", manifest.lines_in_list},
@@ -166,9 +187,9 @@ std::string manifestJson(const Manifest& manifest) {
 }
 
 std::string manifestCsv(const Manifest& manifest) {
-  std::string csv =
-      "id,language,speaker,row,status,doubt,duration_s,method,backoff_share,closures,closures_made,jitter_mm,warnings,"
-      "notices,error,files,hash,text,heard";
+  std::string csv = std::string(kCsvBegins) +
+                    "duration_s,method,backoff_share,closures,closures_made,jitter_mm,warnings,"
+                    "notices,error,files,hash,text,heard";
   for (const std::string& name : manifest.other_columns) csv += "," + csvCell(name);
   csv += "\n";
   for (const LineRecord& line : manifest.lines) {
@@ -213,6 +234,20 @@ std::string manifestPage(const Manifest& manifest) {
   page += "<script type=\"application/json\" id=\"batch-data\">" + scriptSafe(jsonText(data)) + "</script>";
   page += kBatchPage.substr(at + kPlace.size());
   return closedPage(page);
+}
+
+std::vector<std::string> manifestFiles(const std::string& stem) {
+  return {stem + ".json", stem + ".csv", stem + ".html", stem + ".players.json"};
+}
+
+void expectOurManifest(const fs::path& folder, const std::string& stem) {
+  for (const std::string& name : manifestFiles(stem)) {
+    if (!beginsAsOurs(folder / name))
+      throw InputError((folder / name).string(), "",
+                       "is there and none of ours; expected a folder without it, or with a manifest of synth batch");
+    // Where that is, the others are its own, by whatever version they were made.
+    if (std::error_code error; name == manifestFiles(stem).front() && fs::exists(folder / name, error)) return;
+  }
 }
 
 void writeManifest(const fs::path& folder, const std::string& stem, Manifest& manifest) {

@@ -68,6 +68,11 @@ std::string manifestCsv(const Manifest& manifest);
 std::string manifestPage(const Manifest& manifest);
 std::string playersJson(const Manifest& manifest);
 
+/// The names of a manifest's files: STEM.json, .csv, .html and .players.json.
+std::vector<std::string> manifestFiles(const std::string& stem);
+/// Throws InputError where writeManifest() would replace a file that is none of ours.
+void expectOurManifest(const std::filesystem::path& folder, const std::string& stem);
+
 /// manifest.json, manifest.csv, manifest.html and manifest.players.json in `folder`, each whole or as it was; of shard
 /// "3/8" `manifest.3-of-8.json` and so on. Players of lines with little doubt are dropped.
 void writeManifest(const std::filesystem::path& folder, const std::string& stem, Manifest& manifest);

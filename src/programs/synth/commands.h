@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "mouthpiece/speaker.h"
+#include "programs/outputs.h"
 #include "programs/program.h"
 
 namespace mouthpiece {
@@ -44,6 +45,9 @@ std::string givingWay(const SpeakerOptions& options);
 
 /// Whether any of the files shows the face, or is fitted to one that was asked for.
 bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files);
+
+/// The files that `options` name, by their options; not the head that the face was fitted to.
+FilesRead filesReadBy(const SpeakerOptions& options);
 
 Command speakCommand();
 Command batchCommand();

@@ -86,6 +86,7 @@ int runMerge(const MergeOptions& options) {
         return line.status == LineRecord::Status::kMade;
       }));
   const std::size_t missing = all.lines_in_list - std::min(all.lines_in_list, all.lines.size());
+  expectOurManifest(out_folder, "manifest");
   writeManifest(out_folder, "manifest", all);
   if (!options.quiet) {
     printText(fmt::format("{}: {} of {} made, {} failed, {} missing, {} in two manifests -> {}\n",

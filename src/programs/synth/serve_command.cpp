@@ -12,8 +12,8 @@
 namespace mouthpiece {
 namespace {
 
-/// A recording of an hour, or a head with its textures.
-constexpr std::size_t kMostUploadBytes = std::size_t{1} << 29;
+/// A recording of an hour and a half in stereo at 48 kHz, or a head with its textures.
+constexpr std::size_t kMostUploadBytes = std::size_t{1} << 30;
 
 struct ServeOptions : SharedOptions {
   std::filesystem::path folder = "mouthpiece-out";

@@ -21,6 +21,7 @@
 #include "programs/outputs.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
+#include "synthesis/line_edits.h"
 
 namespace mouthpiece {
 namespace {
@@ -30,6 +31,8 @@ using nlohmann::json;
 
 constexpr std::size_t kMostLines = 10'000, kMostPerformances = 6, kLongestSlug = 40, kMostNameBytes = 120;
 constexpr std::size_t kMostWishBytes = 1 << 24;
+/// Lines that were stopped or failed leave numbers without a folder; so many a session's lines may have.
+constexpr std::size_t kMostLost = 1000;
 /// What the last line took is kept for so long.
 constexpr std::chrono::minutes kKept{10};
 constexpr std::string_view kDefaultFace = "default";
@@ -78,6 +81,17 @@ json wishFields(const LineWish& wish) {
   return fields;
 }
 
+/// False for what cannot be looked at, too: a link that leads to itself.
+bool isThere(const fs::path& file) {
+  std::error_code unusable;
+  return fs::is_regular_file(file, unusable);
+}
+
+/// Throws InputError for edits that no line could be made with.
+void expectEdits(const LineWish& wish) {
+  if (!wish.edits.empty()) parseLineEdits(wish.edits, "the edits");
+}
+
 std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
 
 std::string dumped(const json& fields) { return jsonText(fields, 1) + "\n"; }
@@ -85,7 +99,7 @@ std::string dumped(const json& fields) { return jsonText(fields, 1) + "\n"; }
 /// A user of the page knows the files that were dropped by their names, not where they are kept.
 std::string withoutFolder(std::string text, const fs::path& folder) {
   for (const char* kind : {"recordings/", "heads/", ""}) {
-    const std::string path = (folder / kind).string() + (*kind == '\0' ? "/" : "");
+    const std::string path = (folder / kind).string();
     for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path)) text.erase(at, path.size());
   }
   return text;
@@ -108,7 +122,12 @@ std::optional<WishedExpression> expressionIn(const JsonField& wish) {
 }
 
 ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
-    : options_(options), folder_(fs::absolute(std::move(folder)).lexically_normal()), corpus_(options.corpus) {
+    : options_(options),
+      folder_(fs::absolute(std::move(folder)).lexically_normal()),
+      lock_(FileLock::ofFolder(folder_ / "")),
+      corpus_(options.corpus) {
+  if (!lock_.isOurs())
+    throw InputError(folder_.string(), "", "is in use by another synth serve; expected one at a time");
   // The page's lines may ask for another voice, or another language.
   if (!options_.voice.empty()) options_.usual_voice = std::exchange(options_.voice, {});
   faces_.emplace(options.face.empty() ? std::string(kDefaultFace) : options.face.stem().string(), options.face);
@@ -128,22 +147,26 @@ void ServedLines::readEarlier() {
   std::vector<fs::path> folders;
   for (auto entry = fs::directory_iterator(folder_, none); !none && entry != fs::directory_iterator();
        entry.increment(none)) {
-    if (fs::is_regular_file(entry->path() / "line.json")) folders.push_back(entry->path());
+    if (isThere(entry->path() / "line.json")) folders.push_back(entry->path());
     if (entry->path().filename() != "heads") continue;
-    for (const fs::directory_entry& head : fs::directory_iterator(entry->path())) {
+    std::error_code unusable;
+    for (const fs::directory_entry& head : fs::directory_iterator(entry->path(), unusable)) {
       if (head.path().extension() == ".face") faces_.emplace(head.path().stem().string(), head.path());
     }
   }
+  std::sort(folders.begin(), folders.end());
   std::map<std::size_t, std::map<std::size_t, Entry>> found;  // by number and version
+  std::vector<Entry> others;                                  // whose number another line has, or nobody could give
   for (const fs::path& each : folders) {
     try {
       const fs::path file = each / "line.json";
       const JsonField fields = parseJson(readFile(file, kMostWishBytes), file.string(), "a line");
       Entry entry;
-      entry.wish = {fields["text"].text(1 << 20), fields["recording"].text(), fields["voice"].text(),
-                    fields["face"].text(),        fields["language"].text(),  "",
+      entry.wish = {fields["text"].text(1 << 20), fs::path(fields["recording"].text()).filename(),
+                    fields["voice"].text(),       fields["face"].text(),
+                    fields["language"].text(),    "",
                     expressionIn(fields)};
-      if (fs::exists(each / "edits.json")) entry.wish.edits = readFile(each / "edits.json", kMostWishBytes);
+      if (isThere(each / "edits.json")) entry.wish.edits = readFile(each / "edits.json", kMostWishBytes);
       entry.state = State::kDone;
       entry.title = fields["title"].text(1 << 20);
       for (const JsonField& warning : fields["warnings"].list()) entry.warnings.push_back(warning.text());
@@ -153,7 +176,12 @@ void ServedLines::readEarlier() {
       entry.duration = fields["duration_s"].number(0, 1e6);
       entry.folder = each;
       const auto number = static_cast<std::size_t>(fields["line"].whole(0, kMostLines - 1));
-      found[number][entry.version] = std::move(entry);
+      const std::size_t version = entry.version;
+      if (number > folders.size() + kMostLost || found[number].contains(version)) {
+        others.push_back(std::move(entry));
+      } else {
+        found[number].emplace(version, std::move(entry));
+      }
     } catch (const InputError&) {
       continue;  // no line of ours
     }
@@ -165,6 +193,7 @@ void ServedLines::readEarlier() {
     }
     lines_.push_back(std::move(versions.rbegin()->second));
   }
+  for (Entry& entry : others) lines_.push_back(std::move(entry));
 }
 
 std::size_t ServedLines::queue(Entry entry) {
@@ -177,9 +206,10 @@ std::size_t ServedLines::queue(Entry entry) {
 }
 
 std::size_t ServedLines::add(LineWish wish) {
+  expectEdits(wish);
   if (wish.text.find_first_not_of(" \t\r\n") == std::string::npos && wish.recording.empty())
     throw InputError("there is nothing to say; type a line or drop a recording");
-  if (!wish.recording.empty() && !fs::is_regular_file(folder_ / "recordings" / fs::path(wish.recording).filename()))
+  if (!wish.recording.empty() && !isThere(folder_ / "recordings" / fs::path(wish.recording).filename()))
     throw InputError(fmt::format("there is no recording {}", printable(wish.recording)));
   Entry entry;
   entry.title = titleOf(wish);
@@ -188,6 +218,7 @@ std::size_t ServedLines::add(LineWish wish) {
 }
 
 std::size_t ServedLines::change(std::size_t line, LineWish wish) {
+  expectEdits(wish);
   const std::scoped_lock lock(mutex_);
   Entry& entry = lines_[static_cast<std::size_t>(&entryOf(line) - lines_.data())];
   if (entry.is_head) throw InputError("a head has no words to change");
@@ -204,13 +235,14 @@ std::size_t ServedLines::change(std::size_t line, LineWish wish) {
   return line;
 }
 
-std::string ServedLines::keepRecording(const std::string& name, const std::string& bytes) {
+std::string ServedLines::keepRecording(const std::string& name, std::string_view bytes) {
+  if (bytes.empty()) throw InputError(printable(name), "", "is empty; expected a recording");
   const fs::path path = freeName(folder_ / "recordings", fileNameOf(name));
   writeFileAtomically(path, bytes);
   return path.filename().string();
 }
 
-std::string ServedLines::keepHead(const std::string& name, const std::string& bytes) {
+std::string ServedLines::keepHead(const std::string& name, std::string_view bytes) {
   const std::string plain = fileNameOf(name);
   const std::string ending = fs::path(plain).extension();
   if (!isHeadMesh(plain) && ending != ".face" && ending != ".json")

@@ -10,9 +10,11 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
+#include "base/unfinished.h"
 #include "mouthpiece/speaker.h"
 
 namespace mouthpiece {
@@ -48,6 +50,7 @@ class WordNetwork;
 /// written again. A `line.json` in each tells what was asked for, so that a later session has its lines again.
 class ServedLines {
  public:
+  /// Throws InputError while another program has the folder.
   ServedLines(const SpeakerOptions& options, std::filesystem::path folder);
   ServedLines(const ServedLines&) = delete;
   ServedLines& operator=(const ServedLines&) = delete;
@@ -58,9 +61,9 @@ class ServedLines {
   /// The line again, as `wish` has it; its recording stays.
   std::size_t change(std::size_t line, LineWish wish);
   /// Keeps bytes that were dropped on the page under a name of its own, and returns that.
-  std::string keepRecording(const std::string& name, const std::string& bytes);
+  std::string keepRecording(const std::string& name, std::string_view bytes);
   /// The same of parts of a head. A mesh is fitted, with the anchors of its name if there are some, and is then a face.
-  std::string keepHead(const std::string& name, const std::string& bytes);
+  std::string keepHead(const std::string& name, std::string_view bytes);
   /// Ends the work on a line after the stage that it is in; one that waits at once.
   void cancel(std::size_t line);
 
@@ -107,6 +110,7 @@ class ServedLines {
 
   SpeakerOptions options_;
   std::filesystem::path folder_;
+  FileLock lock_;
   SharedCorpus corpus_;
   std::map<std::string, std::filesystem::path> faces_;  ///< by the name that the page shows
   std::map<std::string, SharedFace> opened_;            ///< of the thread that makes the lines

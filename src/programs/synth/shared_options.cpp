@@ -76,6 +76,22 @@ bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem:
   });
 }
 
+FilesRead filesReadBy(const SpeakerOptions& options) {
+  const Manner& manner = options.manner;
+  FilesRead read;
+  const std::vector<std::pair<const std::filesystem::path&, const char*>> named{
+      {options.corpus, "--corpus"},       {options.face, "--face"},           {options.lexicon, "--lexicon"},
+      {manner.edits, "--edits"},          {manner.ma.file, "--ma"},           {manner.ps.file, "--ps"},
+      {manner.ja.file, "--ja"},           {manner.li.file, "--li"},           {manner.strength.file, "--strength"},
+      {manner.jaw.file, "--jaw"},         {manner.lips.file, "--lips"},       {manner.hold.file, "--hold"},
+      {manner.lead_ms.file, "--lead-ms"}, {manner.smooth_ms.file, "--smooth"}};
+  for (const auto& [file, option] : named) read.add(file, option);
+  constexpr std::string_view kWeights = ".json";  // a strength may stand behind it
+  if (const std::size_t at = manner.mood.rfind(kWeights); at != std::string::npos)
+    read.add(manner.mood.substr(0, at + kWeights.size()), "--mood");
+  return read;
+}
+
 void addSharedOptions(CLI::App& app, SharedOptions& options) {
   SpeakerOptions& speaker = options.speaker;
   Manner& manner = speaker.manner;

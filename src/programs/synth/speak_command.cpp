@@ -13,6 +13,7 @@
 #include "phonetics/labels/label_files.h"
 #include "programs/outputs.h"
 #include "programs/synth/commands.h"
+#include "speaker/speaker_data.h"
 
 namespace mouthpiece {
 namespace {
@@ -204,11 +205,25 @@ void expectFolderName(const std::filesystem::path& folder) {
     throw InputError(folder.string(), "--out", "names a file; expected a folder (-o takes a file)");
 }
 
+/// Throws InputError for an output that is read; the head that the face was fitted to is known when it is open.
+void expectNoneRead(const std::vector<std::filesystem::path>& files, const SpeakOptions& options) {
+  FilesRead read = filesReadBy(options.speaker);
+  read.add(options.line.audio, "--audio");
+  read.add(options.line.phones, "--phones");
+  read.add(options.line.times, "--times");
+  read.add(options.line.song, "--song");
+  read.add(options.lyrics, "--lyrics");
+  read.add(options.text_file, "--text-file");
+  read.add(options.transcript_file, "--transcript-file");
+  for (const std::filesystem::path& file : files) read.expectNot(file, options.out_files.empty() ? "--out" : "-o");
+}
+
 int runSpeak(const SpeakOptions& options) {
   keepFreedMemory();
   expectFolderName(options.out_folder);
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
+  expectNoneRead(files, options);
   SpeakerOptions wanted = speakerOf(options);
   wanted.with_face = needsFace(wanted, files);
   wanted.keep_motion = false;
@@ -229,6 +244,11 @@ int runSpeak(const SpeakOptions& options) {
   if (options.strict && !performance.warnings().empty())
     throw InputError(fmt::format("{} (--strict: {} in all; nothing is written)", performance.warnings().front(),
                                  performance.warnings().size()));
+  if (const auto& face = performance.data().face) {
+    FilesRead head;
+    head.add(face->data().meshPath(), "the face");
+    for (const std::filesystem::path& file : files) head.expectNot(file, "-o");
+  }
   {
     std::optional<ProgressBar> progress;
     save(performance, files, [&](std::size_t done, std::size_t all) {
@@ -247,7 +267,7 @@ int runSpeak(const SpeakOptions& options) {
     printText(fmt::format("{:.2f} s of {} from {}, {} backed off; {:.3f} x real time\n", performance.duration(),
                           line.is_sung ? "song" : "speech", counted(performance.units().size(), "unit"), backed_off,
                           performance.realTimeFactor()));
-    for (const std::filesystem::path& file : files) printText("  " + file.string() + "\n");
+    for (const std::filesystem::path& file : files) printText("  " + printable(file.string(), 4096) + "\n");
   }
   return kExitDone;
 }

@@ -104,6 +104,42 @@ TEST(Files, KeepsTheUsersMask) {
   EXPECT_EQ(fs::status(folder.path() / "a.txt").permissions(), fs::perms(0640));
 }
 
+TEST(Files, KeepWhoMayReadThem) {
+  const PrivateFolder folder;
+  const fs::path file = folder.path() / "a.txt";
+  writeFileAtomically(file, std::string_view("a"));
+  for (const mode_t mode : {0600U, 0664U, 0755U}) {
+    ASSERT_EQ(::chmod(file.c_str(), mode), 0);
+    writeFileAtomically(file, std::string_view("b"));
+    struct stat facts {};
+    ASSERT_EQ(::stat(file.c_str(), &facts), 0);
+    EXPECT_EQ(facts.st_mode & 07777U, mode);
+  }
+}
+
+TEST(Files, ThatMayNotBeWrittenAreKept) {
+  const PrivateFolder folder;
+  const fs::path file = folder.path() / "a.txt";
+  writeFileAtomically(file, std::string_view("mine"));
+  ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
+  EXPECT_EQ(errorOf([&] { writeFileAtomically(file, std::string_view("b")); }),
+            file.string() + ": is write-protected; expected a file to write");
+  EXPECT_EQ(readFile(file), "mine");
+  EXPECT_EQ(namesIn(folder.path()).size(), 1U);
+}
+
+/// Anybody may have planted it where others write, too.
+TEST(Files, ReplaceALinkAndNotWhatItLeadsTo) {
+  const PrivateFolder folder;
+  const fs::path target = folder.path() / "target.txt", link = folder.path() / "a.txt";
+  writeFileAtomically(target, std::string_view("kept"));
+  ASSERT_EQ(::chmod(target.c_str(), 0444), 0);
+  fs::create_symlink("target.txt", link);
+  writeFileAtomically(link, std::string_view("new"));
+  EXPECT_FALSE(fs::is_symlink(link));
+  EXPECT_EQ(readFile(target) + readFile(link), "keptnew");
+}
+
 TEST(Files, WhatAKilledProcessLeftGoesAndWhatOthersAreAtStays) {
   const PrivateFolder folder;
   const fs::path left = folder.path() / ".a.txt.0123.tmp", held = folder.path() / ".a.txt.4567.tmp",

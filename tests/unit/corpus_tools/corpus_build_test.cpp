@@ -1,4 +1,5 @@
 // Builds that go on: interrupted ones, and corpora that takes are added to.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -8,8 +9,11 @@
 #include <fstream>
 #include <random>
 #include <set>
+#include <thread>
 
 #include "base/errors.h"
+#include "base/files.h"
+#include "base/unfinished.h"
 #include "corpus_tools/building/build_state.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "support/error_of.h"
@@ -105,6 +109,20 @@ TEST(BuildParts, AreOfOneBuildAtATime) {
   }
   EXPECT_FALSE(fs::exists(folder)) << "a folder without parts stays for nobody";
   EXPECT_NO_THROW(BuildParts(folder, defaultLayout(), "frame"));
+}
+
+/// Who has locked the folder a moment ago tells who it is a little later.
+TEST(BuildParts, WaitToTellWhoseTheyAre) {
+  const test::ScratchFolder scratch;
+  const fs::path folder = scratch.path() / "x.corpus.parts";
+  fs::create_directories(folder);
+  const FileLock theirs(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const std::jthread teller([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    writeFileAtomically(folder / "process", std::string_view("4711"));
+  });
+  EXPECT_EQ(errorOf([&] { const BuildParts second(folder, defaultLayout(), "frame"); }),
+            folder.string() + ": is in use: the same corpus is being built by process 4711");
 }
 
 TEST(FinishedTakes, AreTheSameFromMemoryAndFromTheirParts) {

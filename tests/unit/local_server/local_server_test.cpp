@@ -63,14 +63,20 @@ class Served {
   std::string host() const { return "127.0.0.1:" + std::to_string(server_.port()); }
   httplib::Client client() const { return httplib::Client("127.0.0.1", server_.port()); }
 
-  /// What comes back for `bytes` as they are; `ends`: the sender goes before all of them have come.
-  std::string raw(const std::string& bytes, bool ends = false) const {
+  /// A socket of somebody who has said nothing yet.
+  int connected() const {
     const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(server_.port()));
     ::inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
     EXPECT_EQ(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    return socket;
+  }
+
+  /// What comes back for `bytes` as they are; `ends`: the sender goes before all of them have come.
+  std::string raw(const std::string& bytes, bool ends = false) const {
+    const int socket = connected();
     EXPECT_EQ(::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
     if (ends) ::shutdown(socket, SHUT_WR);
     std::string reply(1 << 16, '\0');
@@ -185,7 +191,7 @@ TEST(LocalServer, TakesBodiesUpToItsLimitAsTheyAre) {
   const auto too_long = client.Post("/size", served.token(), std::string(1001, 'a'), "application/octet-stream");
   ASSERT_TRUE(too_long);
   EXPECT_EQ(too_long->status, 413);
-  EXPECT_NE(too_long->body.find("too large"), std::string::npos);
+  EXPECT_NE(too_long->body.find("expected at most 1000"), std::string::npos);
   EXPECT_EQ(served.posts(), 1);
 }
 
@@ -282,6 +288,41 @@ TEST(LocalServer, AnswersMoreAtATimeThanItHasThreads) {
   }
   for (std::thread& asker : askers) asker.join();
   EXPECT_EQ(answered, 8);
+}
+
+/// Connections of others, who know no token and say nothing, or a letter now and then, keep nobody waiting for long.
+TEST(LocalServer, AnswersWhileOthersAreSilent) {
+  Served served;
+  constexpr int kSilent = 24, kDripping = 8;
+  std::vector<int> sockets;
+  for (int i = 0; i < kSilent + kDripping; ++i) sockets.push_back(served.connected());
+  std::jthread drip([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      for (int i = 0; i < kDripping; ++i)
+        static_cast<void>(::send(sockets[static_cast<std::size_t>(i)], "G", 1, MSG_NOSIGNAL));
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const auto start = std::chrono::steady_clock::now();
+  auto client = served.client();
+  client.set_read_timeout(60);
+  const auto reply = client.Get("/", served.token());
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->status, 200);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(6)) << "on a busy machine";
+  drip.request_stop();
+  drip.join();
+  for (const int socket : sockets) ::close(socket);
+}
+
+TEST(LocalServer, TellsHowLongABodyMayBe) {
+  Served served;
+  const auto reply = served.client().Post("/size", served.token(), std::string(1001, 'x'), "text/plain");
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->status, 413);
+  EXPECT_NE(reply->body.find("1001 bytes long; expected at most 1000"), std::string::npos) << reply->body;
+  EXPECT_EQ(served.posts(), 0);
 }
 
 TEST(LocalServer, StopsWhileItAnswers) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "mouthpiece/errors.h"
+#include "phonetics/text/speakable_text.h"
 #include "support/run_program.h"
 
 namespace mouthpiece {
@@ -138,6 +139,21 @@ TEST_F(ReadingBatchList, NamesEveryBadRowInOneGo) {
   EXPECT_NE(all.find("quotes"), std::string::npos) << "what to do about a comma";
 }
 
+TEST_F(ReadingBatchList, NamesIdsThatAFileSystemWouldNotTake) {
+  const std::string all =
+      faults("id,text\nLine,one\nline,two\nCON,three\nlpt1.take,four\n-x,five\nend.,six\ncon2,fine\n");
+  for (const char* row : {"3: ", "4: ", "5: ", "6: ", "7: "}) EXPECT_NE(all.find(row), std::string::npos) << row << all;
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 5) << all;
+  EXPECT_NE(all.find("'line' a second time"), std::string::npos) << all;
+}
+
+TEST_F(ReadingBatchList, HoldsTextsToTheirLengths) {
+  std::string longest;
+  for (std::size_t i = 0; i < kMaxSpokenCharacters; ++i) longest += "\u00E9";
+  EXPECT_EQ(faults("id,text\na," + longest + "\n"), "");
+  EXPECT_NE(faults("id,text\na," + longest + "e\n").find("20001 characters"), std::string::npos);
+}
+
 TEST_F(ReadingBatchList, AQuoteThatNeverClosesCostsItsRowAlone) {
   const BatchList open = read("id,text\na,\"never closed\nb,fine\n");
   ASSERT_EQ(open.faults.size(), 1U);
@@ -155,6 +171,8 @@ TEST_F(ReadingBatchList, RefusesWhatIsNoList) {
   EXPECT_NE(refusal("id,notes\na,b\n").find("no column of text"), std::string::npos);
   EXPECT_NE(refusal("a,b,c\n").find("without names"), std::string::npos);
   EXPECT_NE(refusal("id,dialog,line\na,b,c\n").find("mean the same"), std::string::npos);
+  EXPECT_NE(refusal("id,text,text\na,b,c\n").find("mean the same"), std::string::npos);
+  EXPECT_NE(refusal("id,de,de\na,b,c\n").find("mean the same"), std::string::npos);
 }
 
 TEST(Shards, PartitionEveryList) {

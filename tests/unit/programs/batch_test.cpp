@@ -1,5 +1,6 @@
 // synth batch as a game's build runs it: many lines, bad ones among them, killed, changed, spread over machines.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -212,6 +213,116 @@ TEST_F(Batch, VoicesGiveWayToALinesLanguage) {
 
 TEST_F(Batch, CountsOneAsOne) {
   EXPECT_EQ(batch("id,text\na,now\nb,\n", "out", {"--check"}).out, "1 line, 1 row that cannot be used\n");
+}
+
+TEST_F(Batch, WritesOverNothingThatItReads) {
+  ASSERT_EQ(batch("id,text\nst,the time is now\n", "out", {"--format", "wav"}).exit_code, 0);
+  const std::string sound = readAll(path("out/st.wav"));
+  const std::string cast = folder_.write("cast.csv", "speaker,voice\nBob,flite:rms\n").string();
+  const std::string words = folder_.write("words.csv", "mouthpiece M AW TH P IY S\n").string();
+  const auto expectRefused = [&](const std::string& list, const std::string& out, const Arguments& more,
+                                 const std::string& told) {
+    const ProgramResult result = batch(list, out, more);
+    EXPECT_EQ(result.exit_code, 1) << told << result.out;
+    EXPECT_NE(result.err.find(told), std::string::npos) << told << result.err;
+    EXPECT_EQ(readAll(path("lines.csv")), list);
+  };
+  expectRefused("id,audio,transcript\nst,out/st.wav,the time is now\n", "out", {"--format", "wav"},
+                "st.wav:--format: is what row 2 of the list names, too; expected another");
+  expectRefused("id,text,audio\na,now,\nst,now,out/st.wav\n", "out", {"-o", "{id}.wav"}, "is what row 3 of the list");
+  EXPECT_EQ(readAll(path("out/st.wav")), sound);
+  expectRefused("id,text\nlines,now\n", ".", {"-o", "{id}.csv"}, "lines.csv:-o: is what list names, too");
+  expectRefused("id,text\ncast,now\n", ".", {"-o", "{id}.csv", "--cast", cast}, "is what --cast names, too");
+  expectRefused("id,text\nwords,now\n", ".", {"-o", "{id}.csv", "--lexicon", words}, "is what --lexicon names, too");
+  expectRefused("id,text\nmanifest,now\n", "out", {"-o", "{id}.json"}, "is the manifest's");
+  const std::string list = "id,text\na,now\n";
+  static_cast<void>(folder_.write("in/manifest.csv", list));
+  const ProgramResult over_list = runProgram(
+      "synth", {"batch", path("in/manifest.csv"), "--out", path("in"), "--voice", "flite:slt", "--format", "wav"});
+  EXPECT_EQ(over_list.exit_code, 1);
+  EXPECT_EQ(readAll(path("in/manifest.csv")), list);
+}
+
+TEST_F(Batch, ReplacesNoManifestOfOthers) {
+  const std::string list = "id,text\na,now\n";
+  const std::vector<std::pair<std::string, std::string>> foreign{
+      {"manifest.json", "{\"name\": \"my web app\"}"}, {"manifest.csv", "mine,1\n"}, {"manifest.html", "<html>mine"}};
+  for (const auto& [name, bytes] : foreign) {
+    static_cast<void>(folder_.write("app/" + name, bytes));
+    const ProgramResult result = batch(list, "app", {"--format", "wav"});
+    EXPECT_EQ(result.exit_code, 1) << name;
+    EXPECT_NE(result.err.find(name + ": is there and none of ours"), std::string::npos) << result.err;
+    EXPECT_EQ(readAll(path("app/" + name)), bytes);
+    EXPECT_FALSE(fs::exists(path("app/a.wav")));
+    fs::remove(path("app/" + name));
+  }
+  // Those of a run that was killed before its first manifest.json are ours.
+  ASSERT_EQ(batch(list, "app", {"--format", "wav"}).exit_code, 0);
+  fs::remove(path("app/manifest.json"));
+  EXPECT_EQ(batch(list, "app", {"--format", "wav"}).exit_code, 0);
+  // One that is damaged is made again.
+  static_cast<void>(folder_.write("app/manifest.json", readAll(path("app/manifest.json")).substr(0, 100)));
+  EXPECT_EQ(batch(list, "app", {"--format", "wav"}).exit_code, 0);
+  EXPECT_EQ(manifest("app/manifest.json")["lines"].size(), 1U);
+}
+
+TEST_F(Batch, TellsOfAnotherListInItsFolder) {
+  ASSERT_EQ(batch("id,text\na,now\nb,it is ten\n", "out", {"--format", "wav"}).exit_code, 0);
+  const std::string other = folder_.write("two.csv", "id,text\nb,it is ten\n").string();
+  const ProgramResult result = runProgram(
+      "synth", {"batch", other, "--out", path("out"), "--voice", "flite:slt", "--fps", "24", "--format", "wav"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("was made of lines.csv"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("1 of its lines is not in two.csv; its files stay"), std::string::npos) << result.err;
+  EXPECT_TRUE(fs::exists(path("out/a.wav")));
+}
+
+TEST_F(Batch, BelievesNoManifestOfFilesElsewhere) {
+  const std::string list = "id,text\na,now\n";
+  ASSERT_EQ(batch(list, "out", {"--format", "wav"}).exit_code, 0);
+  static_cast<void>(folder_.write("b.wav", readAll(path("out/a.wav"))));
+  json changed = manifest("out/manifest.json");
+  changed["lines"][0]["files"][0]["name"] = "../b.wav";
+  static_cast<void>(folder_.write("out/manifest.json", changed.dump()));
+  fs::remove(path("out/a.wav"));
+  EXPECT_EQ(batch(list, "out", {"--format", "wav"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(path("out/a.wav")));
+}
+
+/// What has no end, or more of it than can be read, is told and not read.
+TEST_F(Batch, ReadsNothingWithoutEnd) {
+  const std::string huge = folder_.write("huge.wav", "RIFF").string();
+  fs::resize_file(huge, std::uintmax_t{30} << 30);
+  ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+  const ProgramResult lines =
+      batch("id,audio,transcript\na,/dev/zero,x\nb,fifo,x\nc,huge.wav,x\n", "out", {"--format", "TextGrid"});
+  EXPECT_EQ(lines.exit_code, 1) << lines.err;
+  for (const char* told :
+       {"lines.csv:2: names '/dev/zero', which is no", "lines.csv:3: ", "c: ", "huge.wav: is 32212254720 bytes"})
+    EXPECT_NE(lines.err.find(told), std::string::npos) << told << lines.err;
+  for (const char* option : {"--lexicon", "--edits", "--ja"}) {
+    for (const std::string& file : {huge, path("fifo"), std::string("/dev/zero")}) {
+      const ProgramResult result = batch("id,text\na,now\n", "out", {"--format", "wav", option, file});
+      EXPECT_EQ(result.exit_code, 1) << option << file << result.err;
+      EXPECT_NE(result.err.find(file + ": is "), std::string::npos) << result.err;
+    }
+  }
+}
+
+TEST_F(Batch, ReadsFormatsAsTheyAreTyped) {
+  EXPECT_EQ(batch("id,text\na,now\n", "out", {"--format", "wav, TextGrid,wav"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(path("out/a.wav")) && fs::exists(path("out/a.TextGrid")));
+}
+
+TEST_F(Batch, PrintsNamesWithoutTheirControlCharacters) {
+  const ProgramResult result = batch("id,text\na,now\n", "o\x1B[31mred", {"--format", "wav"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ((result.out + result.err).find('\x1B'), std::string::npos) << result.out;
+  const ProgramResult line = runProgram(
+      "synth", {"--text", "now", "--voice", "flite:slt", "-o", path("o\x1B[31m.wav"), "-o", path("a\nb.TextGrid")});
+  EXPECT_EQ(line.exit_code, 0) << line.err;
+  EXPECT_EQ(line.out.find('\x1B'), std::string::npos) << line.out;
+  EXPECT_EQ(std::count(line.out.begin(), line.out.end(), '\n'), 3) << line.out;
 }
 
 TEST_F(Batch, RefusesNamesThatLeaveTheFolder) {

@@ -121,6 +121,35 @@ TEST_F(Outputs, OfALineAreFilesOrAFolder) {
   expectKept("lines.csv", "synth", {"--text-file", folder_.path().string()}, "is a folder; expected a text file");
 }
 
+/// An output folder's usual names may be those of what is read.
+TEST_F(Outputs, OfALinesFolderAreNothingThatItReads) {
+  static_cast<void>(folder_.write("talk/speech.wav", "my sound"));
+  static_cast<void>(folder_.write("out/speech.wav", "my sound"));
+  static_cast<void>(folder_.write("out/phones.TextGrid", "my labels"));
+  static_cast<void>(folder_.write("out/curves.json", "my curves"));
+  expectKept("talk/speech.wav", "synth", {"--audio", "talk/speech.wav", "--transcript", "now", "--out", "talk"},
+             "talk/speech.wav:--out: is what --audio names, too; expected another");
+  expectKept("out/phones.TextGrid", "synth", {"--audio", "a.wav", "--phones", "out/phones.TextGrid"},
+             "out/phones.TextGrid:--out: is what --phones names, too");
+  expectKept("out/curves.json", "synth", {"--text", "now", "--edits", "out/curves.json", "--out", "./out"},
+             "curves.json:--out: is what --edits names, too");
+  expectKept("out/speech.wav", "synth", {"--audio", "out/speech.wav", "-o", "out/speech.wav"},
+             "-o: is what --audio names, too");
+}
+
+TEST_F(Outputs, OfTrackingReplaceNoTakesOfOthers) {
+  if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "face_tracker"))
+    GTEST_SKIP() << "no face_tracker in the build's share folder; build viewer_page";
+  static_cast<void>(folder_.write("clips/c.mpg", "no film"));
+  static_cast<void>(folder_.write("clips/c.wav", "my recording"));
+  static_cast<void>(folder_.write("mocap/c.c3d", "my capture"));
+  expectKept("clips/c.wav", "corpus", {"track", "clips/c.mpg", "--out", "clips"},
+             "clips/c.wav: is there and was not made by tracking; expected another folder for --out");
+  expectKept("mocap/c.c3d", "corpus", {"track", "clips/c.mpg", "--out", "mocap", "--again"},
+             "mocap/c.c3d: is there and was not made by tracking");
+  EXPECT_FALSE(fs::exists(path("clips/person.json")) || fs::exists(path("mocap/person.json")));
+}
+
 TEST_F(Outputs, OfAnEmptyOrForeignMotionAreTold) {
   static_cast<void>(folder_.write("none.c3d", ""));
   static_cast<void>(folder_.write("live.csv", "Timecode,BlendShapeCount,EyeBlinkLeft\n0,1,0\n"));

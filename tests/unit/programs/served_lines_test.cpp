@@ -10,6 +10,7 @@
 
 #include "base/child_process.h"
 #include "mouthpiece/mouthpiece.h"
+#include "support/error_of.h"
 #include "support/run_program.h"
 
 namespace mouthpiece::test {
@@ -69,24 +70,76 @@ TEST(ServedLines, AskOneNetworkProgramForAllRecordings) {
   EXPECT_EQ(readAll(starts), "x\n") << "a program for each line";
 }
 
-TEST(ServedLines, TellNoticesBesideWarnings) {
-  if (!fs::exists(kServedShare / "default.face")) GTEST_SKIP() << "no sample corpus: run `make data`";
-  const ScratchFolder scratch;
-  // Lines of an earlier run, the second of a build that told no notices.
-  const auto keep = [&](int line, const std::string& notices) {
-    const std::string folder = "lines/line-" + std::to_string(line);
-    fs::create_directories(scratch.path() / folder);
-    static_cast<void>(scratch.write(
-        folder + "/line.json",
-        R"({"text": "now", "recording": "", "voice": "", "face": "", "language": "", "title": "now", "warnings": [],)" +
-            notices + R"("version": 1, "duration_s": 1, "line": )" + std::to_string(line) + "}"));
-  };
-  keep(0, R"("notices": ["2 subtitles are not said"],)");
-  keep(1, "");
-  SpeakerOptions options;
-  options.corpus = kServedShare / "clock.corpus";
-  options.face = kServedShare / "default.face";
-  const std::string state = ServedLines(options, scratch.path() / "lines").state();
+/// A folder of lines that an earlier session has left.
+class EarlierLines : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    if (!fs::exists(kServedShare / "default.face")) GTEST_SKIP() << "no sample corpus: run `make data`";
+  }
+  EarlierLines() {
+    options_.corpus = kServedShare / "clock.corpus";
+    options_.face = kServedShare / "default.face";
+    options_.voice = "flite:slt";
+  }
+  void keep(const std::string& name, int line, const std::string& more = "", const std::string& recording = "") const {
+    static_cast<void>(scratch_.write("lines/" + name + "/line.json",
+                                     R"({"text": "now", "voice": "", "face": "", "language": "", "warnings": [],)" +
+                                         more + R"("version": 1, "duration_s": 1, "title": ")" + name +
+                                         R"(", "recording": ")" + recording + R"(", "line": )" + std::to_string(line) +
+                                         "}"));
+  }
+  [[nodiscard]] fs::path folder() const { return scratch_.path() / "lines"; }
+
+  ScratchFolder scratch_;
+  SpeakerOptions options_;
+};
+
+TEST_F(EarlierLines, AreAllShownAgain) {
+  keep("001-one", 0);
+  keep("001-two", 0);  // of two programs that once wrote here at a time
+  keep("far", 9999);
+  keep("003-three", 2);
+  fs::create_directories(folder() / "loop");
+  fs::create_symlink("line.json", folder() / "loop" / "line.json");
+  static_cast<void>(scratch_.write("lines/heads", "no folder"));
+  ServedLines lines(options_, folder());
+  const std::string state = lines.state();
+  EXPECT_EQ(times(state, "\"done\""), 4U) << state;
+  LineWish wish;
+  wish.text = "it is ten";
+  EXPECT_LT(lines.add(wish), 10U);
+}
+
+TEST_F(EarlierLines, LeadToNoRecordingElsewhere) {
+  keep("001-out", 0, "", "../../private.wav");
+  const std::string state = ServedLines(options_, folder()).state();
+  EXPECT_NE(state.find("\"private.wav\""), std::string::npos) << state;
+  EXPECT_EQ(state.find(".."), std::string::npos) << state;
+}
+
+TEST_F(EarlierLines, AreOneProgramsAtATime) {
+  {
+    const ServedLines first(options_, folder());
+    EXPECT_EQ(errorOf([&] { const ServedLines second(options_, folder()); }),
+              folder().string() + ": is in use by another synth serve; expected one at a time");
+  }
+  EXPECT_NO_THROW(ServedLines(options_, folder()));
+}
+
+TEST_F(EarlierLines, GetNoEditsAndNoRecordingThatAreNone) {
+  ServedLines lines(options_, folder());
+  LineWish wish;
+  wish.text = "now";
+  wish.edits = "notjson";
+  EXPECT_NE(errorOf([&] { lines.add(wish); }).find("edits"), std::string::npos);
+  EXPECT_NE(errorOf([&] { lines.keepRecording("a.wav", ""); }).find("is empty"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder() / "recordings" / "a.wav"));
+}
+
+TEST_F(EarlierLines, TellNoticesBesideWarnings) {
+  keep("line-0", 0, R"("notices": ["2 subtitles are not said"],)");
+  keep("line-1", 1);  // of a build that told no notices
+  const std::string state = ServedLines(options_, folder()).state();
   EXPECT_EQ(times(state, "\"done\""), 2U) << state;
   EXPECT_EQ(times(state, "2 subtitles are not said"), 1U) << state;
   EXPECT_EQ(times(state, "\"notices\""), 2U) << state;

@@ -307,6 +307,9 @@ TEST_F(Live, CStreamsToo) {
     wanted.arkit = arkit;
     ASSERT_EQ(mouthpiece_live_open(speaking, &wanted, &live, error, sizeof error), MOUTHPIECE_OK) << error;
     ASSERT_EQ(mouthpiece_live_push_phone(live, "AA", 0.1, 0.8, error, sizeof error), MOUTHPIECE_OK) << error;
+    EXPECT_EQ(mouthpiece_live_push_phone(live, "", 0.8, 0.9, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+    EXPECT_EQ(mouthpiece_live_push_phone(live, "AA", 0.8, 1e300, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+    EXPECT_NE(std::string(error).find("before 31536000 s"), std::string::npos) << error;
     float most = 0;
     for (int has_frame = 1; has_frame != 0;) {
       ASSERT_EQ(mouthpiece_live_next(live, 0, &frame, &has_frame, error, sizeof error), MOUTHPIECE_OK);
@@ -337,6 +340,7 @@ TEST_F(Live, CStreamsToo) {
   mouthpiece_speaker_free(speaking);
   EXPECT_EQ(mouthpiece_live_push_float(live, nullptr, 5, MOUTHPIECE_FOLLOWS, error, sizeof error),
             MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_live_push_float(live, sound().data(), SIZE_MAX, 0, error, sizeof error), MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_live_push_float(live, sound().data(), sound().size(), 0, error, sizeof error), MOUTHPIECE_OK);
   int has_frame = 0;
   std::size_t frames = 0;
