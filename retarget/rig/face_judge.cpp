@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -336,6 +337,37 @@ std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
     judged[k] = Summary(head, {&seen, 1}, rows.subspan(k, 1)).judge();
   });
   return judged;
+}
+
+std::optional<FaceFault> mostTorn(const FaceRig& rig, const FaceFile& face, std::size_t count,
+                                  const std::function<VertexPositions(std::size_t)>& posed) {
+  const JudgedHead head(rig, face);
+  struct Stretched {
+    WorstSeen growth, ratio;
+    double growth_mm = 0;
+  };
+  std::vector<Stretched> seen(count);
+  parallelFor(count, [&](std::size_t k) {
+    PoseSeen pose;
+    head.lookAtPose(head.welded(posed(k)), {}, pose);
+    seen[k] = {pose.growth, pose.ratio, pose.growth_mm};
+  });
+  std::optional<FaceFault> fault;
+  double most = 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double grown = seen[k].growth.value / limitNamed("stretch");
+    const double longer = seen[k].ratio.value / limitNamed("edge length");
+    if (std::max(grown, longer) <= most) continue;
+    most = std::max(grown, longer);
+    const bool is_growth = grown > longer;
+    fault = FaceFault{is_growth ? "stretch" : "edge length",
+                      is_growth
+                          ? head.edgeText(seen[k].growth.item, fmt::format("{:.1f} mm longer", seen[k].growth_mm))
+                          : head.edgeText(seen[k].ratio.item, fmt::format("{:.1f} times as long", seen[k].ratio.value)),
+                      {},
+                      k};
+  }
+  return fault;
 }
 
 }  // namespace mouthpiece

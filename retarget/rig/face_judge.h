@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -108,6 +109,11 @@ class FaceJudge {
 /// left_open and overlaps are those of that pose.
 std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
                                        std::span<const JudgedPoses::Row> rows);
+
+/// The pose out of `count` in which the skin breaks the limits of edges most, as a fault; nullopt where it keeps them in
+/// all. `posed` gives the vertices of rig.mesh() in one; threads share the work.
+std::optional<FaceFault> mostTorn(const FaceRig& rig, const FaceFile& face, std::size_t count,
+                                  const std::function<VertexPositions(std::size_t)>& posed);
 
 /// Whether a face that is judged as `tried` is better than one that is judged as `kept`: it has fewer faults and closes
 /// the mouth and moves where the other does, or has as many and closes it more often.

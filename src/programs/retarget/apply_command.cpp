@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "base/counted.h"
 #include "base/errors.h"
@@ -20,7 +20,9 @@
 #include "mouthpiece/save.h"
 #include "phonetics/labels/label_files.h"
 #include "programs/outputs.h"
+#include "programs/retarget/actor_motion.h"
 #include "programs/retarget/commands.h"
+#include "retarget/rig/face_judge.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/lips.h"
 #include "synthesis/tongue.h"
@@ -50,53 +52,32 @@ bool isOfLine(const Format& format) {
   return std::find(kOfLines.begin(), kOfLines.end(), format.usual_name) != kOfLines.end();
 }
 
-/// A motion in another place than the neutral pose would tear the face: head motion was left in, or it is another
-/// actor's.
-void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& names, const MarkerPositions& neutral,
-                     const fs::path& file) {
-  constexpr double kFarMm = 25;
-  double sum = 0;
-  double count = 0;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto marker = motion.findMarker(names[i]);
-    if (!marker) continue;
-    for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
-      const Eigen::RowVector3d place = motion.positions_mm.block<1, 3>(frame, 3 * marker->row());
-      if (!place.allFinite()) continue;
-      sum += (place - neutral.row(signedIndex(i))).squaredNorm();
-      count += 1;
-    }
-  }
-  const double rms = count > 0 ? std::sqrt(sum / count) : 0;
-  if (rms > kFarMm) {
-    throw InputError(file.string(), "",
-                     fmt::format("lies {:.0f} mm from the actor's neutral pose; expected motion with the head still "
-                                 "(`corpus clean`), of the actor whom --corpus names",
-                                 rms));
-  }
-}
-
 /// The motion as a performance of the face, without sound.
 std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
   auto made = std::make_shared<Performance::Data>();
   made->face.emplace(given.face);
   const FaceFile& face = made->face->data().file;
-  MotionClip& motion = made->animation.motion;
-  motion = readMotion(given.motion);
   MarkerPositions neutral = face.actor_neutral_mm;
   std::vector<std::string> names = face.marker_names;
+  std::optional<Corpus> corpus;
   if (!given.corpus.empty()) {
-    const Corpus corpus = readCorpus(given.corpus);
-    names = corpus.layout.markerNames();
-    neutral = corpus.neutral_pose_mm;
-    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(corpus),
-                            unseenRounding(corpus)};
+    corpus = readCorpus(given.corpus);
+    names = corpus->layout.markerNames();
+    neutral = corpus->neutral_pose_mm;
+  }
+  ActorMotion actor = actorMotion(readMotion(given.motion), names, neutral, corpus ? corpus->layout : defaultLayout(),
+                                  given.motion.string());
+  for (const std::string& notice : actor.notices) printNotice(notice, given.quiet);
+  MotionClip& motion = made->animation.motion;
+  motion = std::move(actor.motion);
+  if (corpus) {
+    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(*corpus),
+                            unseenRounding(*corpus)};
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (const auto marker = motion.findMarker(names[i]))
         made->actor->neutral_mm.row(marker->row()) = neutral.row(signedIndex(i));
     }
   }
-  refuseFarMotion(motion, names, neutral, given.motion);
   // Where the phones are not known lips stick wherever they touch.
   made->animation.tongue.resize(motion.frameCount());
   if (!given.phones.empty()) {
@@ -107,6 +88,18 @@ std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
   }
   made->animation.audio.sample_rate_hz = 16'000;  // the page's clock is its sound: silence
   return made;
+}
+
+/// A fitted face keeps the limits of its judge in speech; what breaks them is told whoever wants to hear it or not.
+void tellOfTornSkin(const Performance::Data& performance, const fs::path& motion) {
+  const SharedFace::Data& face = performance.needFace();
+  const auto fault = mostTorn(face.rig(), face.file, performance.animation.motion.frameCount(),
+                              [&](std::size_t frame) { return performance.verticesAt(FrameIndex{frame}); });
+  if (!fault) return;
+  printNotice(fmt::format("{}: tears the face: {} at {:.2f} s; expected no more than {} {}", motion.string(),
+                          fault->what, performance.animation.motion.timeOf(FrameIndex{*fault->pose}),
+                          limitNamed(fault->limit), fault->limit == "stretch" ? "mm more" : "times"),
+              false);
 }
 
 /// The shapes of a GLB that the face was fitted to, as it holds them.
@@ -170,6 +163,7 @@ int runApply(const ApplyArguments& given) {
   refuseUnknownEnding(given);
   const auto performance = performanceOf(given);
   const SharedFace::Data& face = performance->needFace();
+  tellOfTornSkin(*performance, given.motion);
   // A head without ARKit's shapes gets weights by the markers where they are asked for by their name, as synth's are.
   const bool by_markers = given.out.filename().string().ends_with("arkit.csv") && !given.arkit && !hasArkit(face);
   if (given.arkit || (isLiveLink(given.out) && !by_markers)) {
@@ -189,7 +183,8 @@ int runApply(const ApplyArguments& given) {
 
 void addOptions(CLI::App& command, ApplyArguments& options) {
   command.add_option("--face", options.face, "Made by `retarget fit`")->required();
-  command.add_option("--motion", options.motion, "Marker motion, head still: .c3d .csv .trc")->required();
+  command.add_option("--motion", options.motion, "Marker motion: .c3d .csv .trc; a head that moves is held still")
+      ->required();
   command.add_option("-o,--out", options.out, endings())->required();
   checkOutputs(command, {{"--out"}});
   command.add_flag("--arkit", options.arkit,

@@ -253,19 +253,6 @@ TEST_F(RetargetProgram, ApplyMovesTheTongueWithThePhones) {
   EXPECT_NE(refused.err.find("none.lab"), std::string::npos) << refused.err;
 }
 
-TEST_F(RetargetProgram, ApplyRefusesMotionOfAnotherPlace) {
-  ASSERT_EQ(sample().exit_code, 0);
-  MotionClip clip = test::openingTake(test::madeUpActor()).motion;
-  clip.positions_mm.array() += 200;
-  const fs::path motion = folder_.path() / "motion.c3d";
-  writeMotion(motion, clip);
-  const ProgramResult applied = runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(),
-                                                        "--out", (folder_.path() / "talk.glb").string()});
-  EXPECT_EQ(applied.exit_code, 1);
-  EXPECT_NE(applied.err.find("from the actor's neutral pose"), std::string::npos) << applied.err;
-  EXPECT_FALSE(fs::exists(folder_.path() / "talk.glb"));
-}
-
 TEST_F(RetargetProgram, FitNamesTheMarkersThatLack) {
   const fs::path anchors = folder_.write("few.json", R"({"markers": {"LIP_UP_MID": 0, "CHIN_LOW": 152}})");
   const ProgramResult fitted =
