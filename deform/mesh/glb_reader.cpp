@@ -114,7 +114,7 @@ class GlbParser {
   }
 
   void addVertices(const tinygltf::Primitive& primitive, int position_accessor) {
-    const GlbViews::Numbers places = views_.numbers(position_accessor, {TINYGLTF_TYPE_VEC3});
+    GlbViews::Numbers places = views_.numbers(position_accessor, {TINYGLTF_TYPE_VEC3});
     const std::size_t count = unsignedIndex(places.rows());
     if (soup_.vertexCount() + count > kMaxMeshVertices)
       fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
@@ -123,6 +123,7 @@ class GlbParser {
     has_bones_ = has_bones_ || poses.tells_bones;
     run.count = count;
     run.scene_from_mesh = poses.sceneFromMesh();
+    addShapesLeftUp(primitive, run, places);
     for (std::size_t i = 0; i < count; ++i) {
       const Eigen::Vector3d own = places.row(signedIndex(i)).transpose().cast<double>();
       const Eigen::Vector3f point = poses.placeOf(i, own);
@@ -139,6 +140,18 @@ class GlbParser {
     addTexture(primitive, count);
     for (std::size_t i = 0; i < count; ++i) soup_.evidence.bones.push_back(poses.roleAt(i));
     addMouthMoves(primitive, run);
+  }
+
+  /// Shapes that the file shows at rest, by the weights of the node or else of its mesh, are of the head.
+  void addShapesLeftUp(const tinygltf::Primitive& primitive, const GlbRun& run, GlbViews::Numbers& places) const {
+    const std::vector<double>& of_mesh = model_.meshes[unsignedIndex(run.mesh)].weights;
+    const bool has_own = run.node >= 0 && !model_.nodes[unsignedIndex(run.node)].weights.empty();
+    const std::vector<double>& weights = has_own ? model_.nodes[unsignedIndex(run.node)].weights : of_mesh;
+    for (std::size_t target = 0; target < std::min(primitive.targets.size(), weights.size()); ++target) {
+      const auto position = primitive.targets[target].find("POSITION");
+      if (weights[target] == 0 || position == primitive.targets[target].end()) continue;
+      places += asFloat(weights[target]) * movesOf(position->second, run.count);
+    }
   }
 
   void addCarried(const GlbPoses& poses, std::size_t count) {

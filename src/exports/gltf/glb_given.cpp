@@ -291,10 +291,11 @@ class SpeechAdder {
     for (std::size_t k = 0; k < before; ++k) {
       const int column = own != nullptr ? own->column_of(ownName(node, k)) : -1;
       const float rest = k < rests.size() && rests[k].is_number() ? rests[k].get<float>() : 0.0F;
+      weights.col(signedIndex(k)).setConstant(rest);
+      // The head was read with what its file leaves up, and what moves it goes on from there.
       if (column >= 0)
-        weights.col(signedIndex(k)) = own->weights.col(column);
-      else
-        weights.col(signedIndex(k)).setConstant(rest);
+        weights.col(signedIndex(k)) =
+            (weights.col(signedIndex(k)) + own->weights.col(column)).cwiseMin(std::max(1.0F, rest));
       moves = moves || column >= 0;
     }
     for (std::size_t i = 0; added != nullptr && i < added->size(); ++i)

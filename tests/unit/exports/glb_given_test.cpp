@@ -73,6 +73,56 @@ TEST(GivenGlb, GetsTheShapesAndKeepsTheRest) {
   EXPECT_EQ(root["accessors"][root["animations"][0]["samplers"][0]["output"].get<std::size_t>()]["count"], 8);
 }
 
+/// Where the first frame of `speech` and the weights at rest show the first primitive's vertices.
+VertexPositions shownInSpeech(const GlbFile& glb) {
+  const nlohmann::json& primitive = glb.root["meshes"][0]["primitives"][0];
+  const std::vector<double> base = glb.accessor(primitive["attributes"]["POSITION"]);
+  const nlohmann::json& animation = glb.root["animations"].back();
+  const std::vector<double> keys = glb.accessor(animation["samplers"][0]["output"]);
+  VertexPositions shown = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
+                              base.data(), static_cast<Eigen::Index>(base.size() / 3), 3)
+                              .cast<float>();
+  for (std::size_t k = 0; k < primitive["targets"].size(); ++k) {
+    const std::vector<double> moves = glb.accessor(primitive["targets"][k]["POSITION"]);
+    for (Eigen::Index i = 0; i < shown.size(); ++i)
+      shown.data()[i] += static_cast<float>(keys[k] * moves[static_cast<std::size_t>(i)]);
+  }
+  return shown;
+}
+
+TEST(GivenGlb, LipsOfAHeadWithAShapeLeftUpMeet) {
+  const FaceMesh plain = parseFaceMesh(givenGlb(), "head.glb");
+  PrincipalShapes jaw = shapesFor(plain);
+  jaw.shapes = RowMajorMatrixF::Zero(1, plain.vertices.size());
+  jaw.shapes(0, 1) = -0.5F;  // the first vertex goes down
+  jaw.weights.resize(0, 1);
+  const std::vector<std::string> names{"jawOpen"};
+  const auto with_jaw = glbWithShapes(givenGlb(), "head.glb", jaw, Eigen::Matrix3d::Identity(), {}, nullptr, names);
+  ASSERT_TRUE(with_jaw);
+  for (const char* owner : {"meshes", "nodes"}) {
+    GlbFile left_up(*with_jaw);
+    left_up.root["meshes"][0]["weights"] = {0.0};
+    left_up.root[owner][0]["weights"] = {0.6};
+    const std::string given = left_up.toBytes();
+    const FaceMesh mesh = parseFaceMesh(given, "head.glb");
+    EXPECT_FLOAT_EQ(mesh.vertices(0, 1), -0.3F) << owner;
+    PrincipalShapes closing = jaw;  // the first vertex goes to the third, wherever it rests
+    closing.shapes.setZero();
+    for (int axis = 0; axis < 3; ++axis) closing.shapes(0, axis) = mesh.vertices(2, axis) - mesh.vertices(0, axis);
+    closing.weights = RowMajorMatrixF::Ones(2, 1);
+    const auto made = glbWithShapes(given, "head.glb", closing, Eigen::Matrix3d::Identity());
+    ASSERT_TRUE(made);
+    const VertexPositions shown = shownInSpeech(GlbFile(*made));
+    EXPECT_LT((shown.row(0) - shown.row(2)).norm(), kGivenWithin) << owner;
+    EXPECT_EQ(parseFaceMesh(*made, "head.glb").vertices, mesh.vertices) << "it rests as it was given";
+    // What moves its own shape goes on from where that rests, as the mesh did that was looked at.
+    const OwnShapeWeights own{RowMajorMatrixF::Constant(2, 1, 0.3F), [](std::string_view) { return 0; }};
+    const auto animated = glbWithWeights(given, "head.glb", 50, own);
+    ASSERT_TRUE(animated);
+    EXPECT_NEAR(shownInSpeech(GlbFile(*animated))(0, 1), -0.45F, kGivenWithin) << owner;
+  }
+}
+
 TEST(GivenGlb, DamagedFieldsAreRefused) {
   const PrincipalShapes shapes = shapesFor(parseFaceMesh(givenGlb(), "head.glb"));
   for (const char* pointer : {"/scene", "/scenes/0/nodes/0", "/nodes/0/mesh"}) {
