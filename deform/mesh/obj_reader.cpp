@@ -1,5 +1,5 @@
-// Wavefront OBJ: v (with colours), vt, f, g, o, usemtl; everything else is passed over. One pass over the bytes, no
-// copies.
+// Wavefront OBJ: v (with colours), vt, f, g, o, usemtl; everything else is passed over. One pass over the bytes; only
+// lines that go on in the next are copied.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -55,6 +55,12 @@ class Line {
   std::size_t number_;
 };
 
+/// A backslash at its end says that the next line belongs to it.
+bool goesOn(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line.ends_with('\\');
+}
+
 class ObjParser {
  public:
   ObjParser(std::string_view bytes, std::string_view file) : bytes_(bytes), file_(file) {
@@ -66,9 +72,25 @@ class ObjParser {
 
   FaceMesh parse() {
     std::size_t number = 0;
+    std::string joined;
     for (std::size_t begin = 0; begin < bytes_.size();) {
-      const std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
-      parseLine(Line(bytes_.substr(begin, end - begin), file_, ++number));
+      std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
+      std::string_view text = bytes_.substr(begin, end - begin);
+      std::size_t lines = 1;
+      if (goesOn(text)) {
+        joined.clear();
+        for (; goesOn(text) && end < bytes_.size(); ++lines) {
+          joined += text.substr(0, text.rfind('\\'));
+          joined += ' ';
+          begin = end + 1;
+          end = std::min(bytes_.find('\n', begin), bytes_.size());
+          text = bytes_.substr(begin, end - begin);
+        }
+        joined += text;
+        text = joined;
+      }
+      parseLine(Line(text, file_, number + 1));
+      number += lines;
       begin = end + 1;
     }
     refuseACutFile(number);

@@ -123,6 +123,15 @@ TEST(ObjReader, ReadsWindowsLineEndsTabsAndNoFinalNewline) {
   EXPECT_EQ(mesh.vertices(2, 1), 1.0F);
 }
 
+TEST(ObjReader, ReadsLinesThatGoOn) {
+  const FaceMesh mesh = parseObj("v 0 0 \\\n 0\nv 1 0 0\r\nv 0 1 0\nv 1 1 0\ng a\\b\nf 1 \\\r\n 2 4 \\\n3\n", "a.obj");
+  EXPECT_EQ(mesh.vertexCount(), 4U);
+  EXPECT_EQ(mesh.triangles.size(), 2U);
+  EXPECT_EQ(mesh.parts.at(0).name, "a\\b");
+  EXPECT_EQ(messageOf("v 0 0 \\\n 0\nv 1 0 x\n", "a.obj").substr(0, 8), "a.obj:3:")
+      << "lines are counted as the file has them";
+}
+
 TEST(ObjReader, KeepsColorsOnlyWhenEveryVertexHasOne) {
   EXPECT_EQ(parseObj("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n", "a.obj").vertex_colors.size(), 3U);
   EXPECT_TRUE(parseObj("v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 0 0 1\nf 1 2 3\n", "a.obj").vertex_colors.empty());
