@@ -20,6 +20,8 @@ struct KindWord {
 };
 constexpr std::array kKindWords{
     KindWord{"lash", PartKind::kSkin},  // they move with the lids
+    KindWord{"moustache", PartKind::kSkin},     KindWord{"mustache", PartKind::kSkin},
+    KindWord{"whisker", PartKind::kSkin},       KindWord{"schnurrbart", PartKind::kSkin},
     KindWord{"brow", PartKind::kSkin},          KindWord{"eyelid", PartKind::kSkin},
     KindWord{"eyeline", PartKind::kSkin},       KindWord{"eyesock", PartKind::kEye},
     KindWord{"tongue", PartKind::kTongue},      KindWord{"teeth", PartKind::kUpperTeeth},
@@ -47,6 +49,10 @@ constexpr std::array kKindWords{
 /// back with such names.
 const std::array<std::pair<std::string, PartKind>, 3> kGumParts{
     {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
+
+/// Words of hair that is rooted in the skin (MeshPart::stands_off).
+constexpr std::array<std::string_view, 8> kRootedHair{"lash",      "brow",     "beard",   "eyeline",
+                                                      "moustache", "mustache", "whisker", "schnurrbart"};
 
 constexpr float kMoved = 0.1F;    ///< of the furthest move of a mouth's shape: what counts as moved
 constexpr double kWholly = 0.95;  ///< of a part's corners: what hangs on one kind of bone
@@ -365,8 +371,8 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
   for (MeshPart& part : mesh.parts) {
     part.kind = kindFromName(part.name).value_or(PartKind::kSkin);
     const std::string lower = lowerCase(part.name);
-    part.stands_off =
-        contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard") || contains(lower, "eyeline");
+    part.stands_off = std::any_of(kRootedHair.begin(), kRootedHair.end(),
+                                  [&](std::string_view word) { return contains(lower, word); });
   }
   judgeByEvidence(mesh, evidence, mesh.parts);
   takeInnerParts(mesh);

@@ -27,6 +27,15 @@ TEST(PartKinds, AreToldByNames) {
   EXPECT_EQ(kindFromName("lambert1"), std::nullopt);
 }
 
+TEST(PartKinds, MoustachesAreRootedInTheSkin) {
+  for (const char* name : {"Moustache", "FacialHair_Mustache", "Whiskers.001", "Schnurrbart", "Beard"}) {
+    const FaceMesh mesh =
+        parseObj(std::string("usemtl ") + name + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "hair.obj");
+    EXPECT_EQ(mesh.parts.at(0).kind, PartKind::kSkin) << name;
+    EXPECT_TRUE(mesh.parts[0].stands_off) << name;
+  }
+}
+
 /// A tiny tetrahedron with its lowest corner at height y.
 std::string tooth(int index, double x, double y) {
   const int first = 4 * index + 1;
