@@ -24,6 +24,7 @@
 #include "retarget/placing/bone_anchors.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/placing/shape_anchors.h"
+#include "retarget/placing/whole_head.h"
 #include "speaker/shared_files.h"
 #include "tracking/face_tracker.h"
 
@@ -120,12 +121,13 @@ int runAnchors(const AnchorsArguments& given) {
     throw InputError(out.string(), "", "is there already; -o names the file to write, this one or another");
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
+  refuseNoWholeHead(*mesh, given.mesh.string());
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
                               : given.by == "bones" ? AnchorSource::kBones
                               : given.by == "looks" ? AnchorSource::kLooks
                                                     : AnchorSource::kAny;
   const FoundAnchors found = findAnchors(*mesh, bytes, given.mesh, given.object, source);
-  const NamedAnchors named{found.anchors, fmt::format("anchors found on {}", given.mesh.string())};
+  const NamedAnchors named{found.anchors, given.mesh.string()};
   refuseSeveralHeads(*mesh, bytes, given.mesh, given.object, named);
   const std::string file = anchorsBytes(found.anchors);
   writeFileAtomically(out, file);
@@ -205,6 +207,7 @@ FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs:
 
 NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
                         const fs::path& given, bool quiet) {
+  refuseNoWholeHead(mesh, file.string());
   NamedAnchors named;
   if (!given.empty()) {
     named = {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
@@ -213,7 +216,7 @@ NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::
     printNotice(
         fmt::format("{}: found {} {}", file.string(), counted(found.anchors.markers.size(), "anchor"), found.how),
         quiet);
-    named = {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
+    named = {std::move(found.anchors), file.string()};
   }
   refuseSeveralHeads(mesh, bytes, file, object, named);
   return named;

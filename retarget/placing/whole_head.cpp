@@ -1,0 +1,103 @@
+#include "retarget/placing/whole_head.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangle_tree.h"
+
+namespace mouthpiece {
+namespace {
+
+/// The length of the edges of one triangle alone that lie at `x`.
+double borderAt(const FaceMesh& mesh, const std::vector<Triangle>& skin, double x, double slack) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+  const auto isThere = [&](std::uint32_t v) { return std::abs(double{mesh.vertices(v, 0)} - x) < slack; };
+  for (const Triangle& t : skin) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [from, to] = std::minmax(t[k], t[(k + 1) % 3]);
+      if (isThere(from) && isThere(to)) ++uses[{from, to}];
+    }
+  }
+  double length = 0;
+  for (const auto& [edge, count] : uses) {
+    if (count == 1) length += double{(mesh.vertices.row(edge.first) - mesh.vertices.row(edge.second)).norm()};
+  }
+  return length;
+}
+
+void refuseHalf(const FaceMesh& mesh, const std::string& file) {
+  constexpr double kFlat = 1e-3, kLong = 0.5;  // of the skin's height, which its profile is longer than
+  const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips});
+  Eigen::AlignedBox3d box;
+  for (const Triangle& t : skin) {
+    for (const std::uint32_t v : t) box.extend(pointAt(mesh.vertices, v));
+  }
+  if (box.isEmpty()) return;
+  const double height = box.sizes().tail<2>().maxCoeff();
+  for (const double x : {box.min().x(), box.max().x()}) {
+    if (borderAt(mesh, skin, x, kFlat * height) < kLong * height) continue;
+    throw InputError(
+        file, "",
+        fmt::format("is half a head: its skin ends in the plane x = {:.3g}; apply the modifier that mirrors "
+                    "it, or join it with its mirror image",
+                    x));
+  }
+}
+
+/// The share of a part's vertices, some hundreds of them, that lie within `near` of a surface.
+double shareNear(const FaceMesh& mesh, const MeshPart& part, const TriangleTree& surface, double near) {
+  constexpr std::size_t kLookedAt = 300;
+  const std::span<const Triangle> own = trianglesOf(mesh, part);
+  const std::size_t every = own.size() / kLookedAt + 1;
+  double count = 0, close = 0;
+  for (std::size_t t = 0; t < own.size(); t += every) {
+    const Eigen::Vector3d place = pointAt(mesh.vertices, own[t][0]);
+    const auto foot = surface.closest(place);
+    ++count;
+    if (foot && (foot->point - place).norm() < near) ++close;
+  }
+  return count > 0 ? close / count : 0;
+}
+
+void refuseLayers(const FaceMesh& mesh, const std::string& file) {
+  constexpr double kNear = 0.01, kMostly = 0.8;  // of the part's size; of each part
+  for (std::size_t a = 0; a < mesh.parts.size(); ++a) {
+    for (std::size_t b = a + 1; b < mesh.parts.size(); ++b) {
+      const MeshPart &one = mesh.parts[a], &other = mesh.parts[b];
+      if (!isSkin(one.kind) || !isSkin(other.kind) || one.stands_off || other.stands_off) continue;
+      Eigen::AlignedBox3d here, there;
+      for (const auto& [part, box] : {std::pair{&one, &here}, std::pair{&other, &there}}) {
+        for (const Triangle& t : trianglesOf(mesh, *part)) box->extend(pointAt(mesh.vertices, t[0]));
+      }
+      // Most parts of a head lie elsewhere than the others.
+      const double size = here.diagonal().norm();
+      if (here.isEmpty() || there.isEmpty() || (here.center() - there.center()).norm() > 0.1 * size) continue;
+      if (std::abs(there.diagonal().norm() - size) > 0.1 * size) continue;
+      const auto treeOf = [&](const MeshPart& part) {
+        const std::span<const Triangle> own = trianglesOf(mesh, part);
+        return TriangleTree(mesh.vertices, {own.begin(), own.end()});
+      };
+      if (shareNear(mesh, one, treeOf(other), kNear * size) < kMostly) continue;
+      if (shareNear(mesh, other, treeOf(one), kNear * size) < kMostly) continue;
+      throw InputError(file, "",
+                       fmt::format("has two layers of skin in one place, '{}' and '{}'; expected one level of detail",
+                                   one.name, other.name));
+    }
+  }
+}
+
+}  // namespace
+
+void refuseNoWholeHead(const FaceMesh& mesh, const std::string& file) {
+  refuseHalf(mesh, file);
+  refuseLayers(mesh, file);
+}
+
+}  // namespace mouthpiece
