@@ -71,6 +71,28 @@ void noteLooseVertices(const FaceMesh& mesh, const FitArguments& given) {
                 given.quiet);
 }
 
+/// Some programs number vertices from 1: whether one less brings the anchors nearer to how an actor's markers lie.
+bool seemNumberedFromOne(const Anchors& anchors, const FaceMesh& mesh, const FitRequest& actor) {
+  constexpr double kNearer = 0.9;
+  Anchors lower = anchors;
+  for (auto& [name, place] : lower.markers) {
+    auto* vertex = std::get_if<std::uint32_t>(&place);
+    if (vertex == nullptr || *vertex == 0) return false;
+    --*vertex;
+  }
+  const auto squaresOff = [&](const Anchors& tried) {
+    const Similarity mesh_from_actor = meshFromActor(mesh, tried, "", actor.marker_names, actor.actor_neutral_mm);
+    double sum = 0;
+    for (std::size_t i = 0; i < actor.marker_names.size(); ++i) {
+      const auto place = placeOf(tried, actor.marker_names[i], mesh, "");
+      if (place)
+        sum += (mesh_from_actor(actor.actor_neutral_mm.row(signedIndex(i)).transpose()) - *place).squaredNorm();
+    }
+    return sum;
+  };
+  return squaresOff(lower) < kNearer * kNearer * squaresOff(anchors);
+}
+
 int runFit(const FitArguments& given) {
   if (!given.mouth_parts.empty()) expectMeshEnding(given.mouth_parts, given.mesh);
   const Corpus corpus = readCorpus(corpusFile(given.corpus));
@@ -128,6 +150,9 @@ int runFit(const FitArguments& given) {
                           "--show found.html`",
                           given.mesh.string()),
               !given.anchors.empty());
+  printNotice(fmt::format("{}: its anchors lie more as a face's do with one less each: vertices are numbered from 0",
+                          given.anchors.string()),
+              given.anchors.empty() || !seemNumberedFromOne(anchors, rig.mesh(), request));
   return kExitBadInput;
 }
 
