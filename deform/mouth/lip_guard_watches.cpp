@@ -369,7 +369,9 @@ void LipGuard::watchTeeth(const VertexPositions& rest, const std::vector<std::ui
     const Vector3f p = vertexOf(rest, v);
     const float to_rim = toRim(p);
     if (to_rim > far || (to_rim > near && !shell.isNear(p, 0.5F * near))) continue;
-    const float depth = shell.depthAt(p, lengthOf(kDeepInTeeth), around_edge).depth;
+    // As deep as it rests a lip may always lie: rolled in over the teeth it is deeper than what is pushed out of them,
+    // and snapped out as soon as a pose brought it nearer.
+    const float depth = shell.depthAt(p, std::numeric_limits<float>::infinity(), around_edge).depth;
     watches.push_back({v, around_edge ? 1U : 0U, depth, 0, p});
   }
 }
