@@ -38,6 +38,10 @@ constexpr std::size_t kRounds = 8;     ///< the last ones where nothing but lips
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
+/// Vertices that are judged in all, over all judgements: what mends a face mends it with less, and a head that nothing
+/// mends is refused after it.
+constexpr double kMostJudged = 8e5;
+
 constexpr std::array<std::string_view, 5> kOfSkin{"edge length", "stretch", "triangles turned over",
                                                   "skin off its markers", "vertex jump"};
 
@@ -127,15 +131,17 @@ constexpr std::array kOtherWays{Way{true}, Way{false}, Way{true, LipLevelling::O
 class Mending {
  public:
   /// `mended_otherwise` is asked once, as soon as all that is wrong with lips whose surfaces meet is that they are
-  /// tucked too far: whether another binding has mended it. All must outlive this.
+  /// tucked too far: whether another binding has mended it. `work` counts vertices that are left to be judged. All must
+  /// outlive this.
   Mending(const FaceFile& given, const std::shared_ptr<const FaceMesh>& mesh, const Welding& welding,
           const FaceJudge& judge, const JudgedPoses& poses, FaceJudgement judged,
-          std::function<bool()> mended_otherwise)
+          std::function<bool()> mended_otherwise, double& work)
       : mesh_(mesh),
         welding_(welding),
         judge_(judge),
         poses_(poses),
         mended_otherwise_(std::move(mended_otherwise)),
+        work_(work),
         topology_(*mesh, openingsOf(given.control)),
         rims_(rimsOf(*mesh, given.control)),
         mouth_width_(given.control.mouth_width),
@@ -168,6 +174,11 @@ class Mending {
     return FaceRig::of(std::move(tried), mesh_, given_.name, &topology_);
   }
 
+  [[nodiscard]] FaceJudgement judge(const FaceRig& rig) {
+    work_ -= asReal(mesh_->vertexCount());
+    return judge_.judge(rig);
+  }
+
   void addTorn(const FaceJudgement& found, std::set<std::uint32_t>& torn) const {
     for (const std::uint32_t v : found.torn) torn.insert(welding_.isNothing() ? v : welding_.welded_of[v]);
   }
@@ -192,6 +203,7 @@ class Mending {
   const FaceJudge& judge_;
   const JudgedPoses& poses_;
   std::function<bool()> mended_otherwise_;
+  double& work_;
   bool is_mended_otherwise_ = false;
   HeadTopology topology_;
   std::vector<bool> rims_;
@@ -212,7 +224,7 @@ bool Mending::mendBy(std::span<const Way> ways) {
     if (judged_.faults.empty() && !way.meets) continue;
     if ((way.levels || way.meets) && !meets_wrongly_) continue;
     tryWay(way);
-    if (isWhole(judged_) || is_mended_otherwise_) return true;
+    if (isWhole(judged_) || is_mended_otherwise_ || work_ <= 0) return true;
   }
   if (!judged_.faults.empty()) relaxTornAlone();
   return judged_.faults.empty();
@@ -249,7 +261,7 @@ void Mending::tryWay(const Way& way) {
       if (auto found = judge_.judgeIfMoreTouch(*moved, judged_.touching)) keepIfBetter(binding, *found);
       return;
     }
-    FaceJudgement found = is_new ? judge_.judge(*moved) : same->second;
+    FaceJudgement found = is_new ? judge(*moved) : same->second;
     if (is_new) known_.emplace_back(binding, found);
     const FaceJudgement before = std::exchange(last, std::move(found));
     meets_wrongly_ = meets_wrongly_ || meetWrongly(last);
@@ -259,7 +271,7 @@ void Mending::tryWay(const Way& way) {
       is_mended_otherwise_ = std::exchange(mended_otherwise_, nullptr)();
       if (is_mended_otherwise_) return;
     }
-    if (judged_.faults.empty() || !isWorthAnother(way, round, before, last)) return;
+    if (judged_.faults.empty() || work_ <= 0 || !isWorthAnother(way, round, before, last)) return;
     // Where relaxing changes nothing of lips that meet, what they leave open is pressed together at once.
     if (way.meets && onlyOfLips(last) && meetAlike(last, before) && round > 0)
       round = std::max(round, kRelaxedWithin.size() - 1);
@@ -287,9 +299,9 @@ void Mending::relaxTornAlone() {
         FaceBinding binding = from.binding;
         relaxAround(*mesh_, topology_, {from.torn.begin(), from.torn.end()}, rims_, within * mouth_width_, binding,
                     kCoarseEdge * mouth_width_, keeps_needles);
-        from.found = judge_.judge(rigOf(binding));
+        from.found = judge(rigOf(binding));
         keepIfBetter(binding, from.found);
-        if (judged_.faults.empty()) return;
+        if (judged_.faults.empty() || work_ <= 0) return;
         // Skin that is relaxed so far that it stands still is not whole when it is relaxed further.
         if (!isTornAlone(from.found)) break;
       }
@@ -329,12 +341,13 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const auto given_mesh = std::make_shared<const FaceMesh>(rig.mesh());
   const auto mesh = is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh;
   using Mended = std::pair<FaceFile, FaceJudgement>;
+  double work = kMostJudged;
   const auto mend = [&](const FaceRig& from, const FaceFile& tried, FaceJudgement found,
                         std::function<bool()> mended_otherwise = nullptr) -> Mended {
     const FaceJudge judge(from, tried, poses, actor);
     FaceFile sewn = tried;
     if (is_sewn) sewn.binding = weldedBinding(tried.binding, welding);
-    Mending mending(sewn, mesh, welding, judge, poses, std::move(found), std::move(mended_otherwise));
+    Mending mending(sewn, mesh, welding, judge, poses, std::move(found), std::move(mended_otherwise), work);
     mending.mend();
     FaceFile mended = mending.kept();
     if (mended.binding == sewn.binding)
@@ -354,6 +367,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const auto mendTuckedLess = [&] {
     was_less_tucked = true;
     for (const float tuck : kTuckedLess) {
+      if (work <= 0) break;
       FaceFile less = given;
       less.binding.tuck = tuck;
       const FaceRig less_rig = FaceRig::of(less, given_mesh, rig.name());
@@ -376,6 +390,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     take(std::move(*less_tucked));
     return judged;
   }
+  if (work <= 0) return judged;
   // The rims and corners of coarse lips may hang on nothing, too far along the mesh from all that is bound.
   bound.longest_edge = kCoarseEdge;
   FaceFile anew = given;
