@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/binding.h"
+#include "deform/surface/left_out.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
 
@@ -87,7 +89,79 @@ void checkRelaxed(const FaceBinding::Relaxed& relaxed, std::size_t count,
   }
 }
 
+std::vector<std::size_t> partsOfVertices(const FaceMesh& mesh) {
+  std::vector<std::size_t> part_of(mesh.vertexCount(), 0);
+  for (std::size_t p = 0; p < mesh.parts.size(); ++p) {
+    for (const Triangle& t : trianglesOf(mesh, mesh.parts[p])) {
+      for (const std::uint32_t v : t) part_of[v] = p;
+    }
+  }
+  return part_of;
+}
+
+double medianOf(std::vector<double> values) {
+  const auto middle = values.begin() + signedIndex(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Vertices of the skin in front, which shall be bound, and those of them that are not.
+struct SkinInFront {
+  std::vector<std::uint32_t> all, left;
+};
+
+SkinInFront skinInFront(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
+                        const HeadTopology& topology) {
+  const std::vector<PartKind>& kinds = topology.kinds();
+  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
+  const auto markers = control.markerRest();
+  const double back = markers.col(2).minCoeff(), front = markers.col(2).maxCoeff();
+  const std::vector<bool> is_outlined = withinOutline(markers, mesh.vertices.leftCols<2>().cast<double>());
+  const TriangleTree skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}),
+                          TriangleTree::Use::kWithoutStarts);
+  SkinInFront found;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
+    const Eigen::RowVector3d p = mesh.vertices.row(v).cast<double>();
+    if (p.z() < back || p.z() > front || normals(v, 2) < 0.2F || !is_outlined[v]) continue;
+    // What other skin hides, as a lid does its eye's socket, is not in front.
+    const Eigen::Vector3d before = p.transpose() + kSkinLayer * control.mouth_width * Eigen::Vector3d::UnitZ();
+    const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
+    if (!is_bound && skin.isBetween(before, before + control.mouth_width * Eigen::Vector3d::UnitZ())) continue;
+    found.all.push_back(v);
+    if (!is_bound) found.left.push_back(v);
+  }
+  return found;
+}
+
 }  // namespace
+
+SkinLeftOut skinLeftOut(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
+  const auto [in_front, left] = skinInFront(binding, mesh, control, HeadTopology(mesh, openingsOf(control)));
+  if (left.empty()) return {};
+  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
+  const std::vector<std::size_t> part_of = partsOfVertices(mesh);
+  const auto fullest = [&](const std::vector<std::uint32_t>& vertices) {
+    std::vector<std::size_t> counts(mesh.parts.size(), 0);
+    for (const std::uint32_t v : vertices) ++counts[part_of[v]];
+    return unsignedIndex(std::max_element(counts.begin(), counts.end()) - counts.begin());
+  };
+  const std::size_t part = fullest(left);
+  const BezierSurface surface(control);
+  const SurfaceProjector projector(surface, control, triangleSides(control));
+  std::vector<double> distances, angles;
+  for (const std::uint32_t v : left) {
+    if (part_of[v] != part) continue;
+    const auto foot = projector.closest(pointAt(mesh.vertices, v), Eigen::Vector3d::Zero(), -1, 0);
+    if (!foot) continue;
+    const double cosine = pointAt(normals, v).dot(evaluate(surface.restPose(), foot->place).normal());
+    distances.push_back(foot->distance / control.mouth_width);
+    angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
+  }
+  if (distances.empty()) return {};
+  return {mesh.parts[part].name, part == fullest(in_front), distances.size(),
+          left.size(),           medianOf(distances),       medianOf(angles)};
+}
 
 void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
                   const std::string& file) {
@@ -142,16 +216,9 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
   const HeadTopology topology(mesh, openingsOf(control));
   const std::vector<PartKind>& kinds = topology.kinds();
   const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
-  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
-  const auto markers = control.markerRest();
-  const double back = markers.col(2).minCoeff(), front = markers.col(2).maxCoeff();
-  const std::vector<bool> is_outlined = withinOutline(markers, mesh.vertices.leftCols<2>().cast<double>());
   BindingReport report;
   report.vertices = kinds.size();
   report.way_between_lips = wayBetweenLips(mesh, topology, control);
-  const TriangleTree skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}),
-                          TriangleTree::Use::kWithoutStarts);
-  std::size_t in_front = 0, covered = 0;
   for (std::size_t v = 0; v < kinds.size(); ++v) {
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
     report.bound_vertices += is_bound ? 1 : 0;
@@ -162,15 +229,10 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
       ++report.lip_side_errors;
     if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
     ++report.skin_vertices;
-    const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
-    if (p.z() < back || p.z() > front || normals(signedIndex(v), 2) < 0.2F || !is_outlined[v]) continue;
-    // What other skin hides, as a lid does its eye's socket, is not in front.
-    const Eigen::Vector3d before = p.transpose() + kSkinLayer * control.mouth_width * Eigen::Vector3d::UnitZ();
-    if (!is_bound && skin.isBetween(before, before + control.mouth_width * Eigen::Vector3d::UnitZ())) continue;
-    ++in_front;
-    covered += is_bound ? 1 : 0;
   }
-  report.coverage = in_front == 0 ? 0 : asReal(covered) / asReal(in_front);
+  const SkinInFront in_front = skinInFront(binding, mesh, control, topology);
+  if (!in_front.all.empty())
+    report.coverage = asReal(in_front.all.size() - in_front.left.size()) / asReal(in_front.all.size());
   return report;
 }
 

@@ -33,7 +33,8 @@ double borderAt(const FaceMesh& mesh, const std::vector<Triangle>& skin, double 
 }
 
 void refuseHalf(const FaceMesh& mesh, const std::string& file) {
-  constexpr double kFlat = 1e-3, kLong = 0.5;  // of the skin's height, which its profile is longer than
+  // Of the skin's height, which its profile is longer than. A bust that ends in planes at both shoulders is whole.
+  constexpr double kFlat = 1e-3, kLong = 0.5, kShort = 0.1;
   const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips});
   Eigen::AlignedBox3d box;
   for (const Triangle& t : skin) {
@@ -41,8 +42,10 @@ void refuseHalf(const FaceMesh& mesh, const std::string& file) {
   }
   if (box.isEmpty()) return;
   const double height = box.sizes().tail<2>().maxCoeff();
-  for (const double x : {box.min().x(), box.max().x()}) {
+  const double low = box.min().x(), high = box.max().x();
+  for (const auto& [x, opposite] : {std::pair(low, high), std::pair(high, low)}) {
     if (borderAt(mesh, skin, x, kFlat * height) < kLong * height) continue;
+    if (borderAt(mesh, skin, opposite, kFlat * height) > kShort * height) continue;
     throw InputError(
         file, "",
         fmt::format("is half a head: its skin ends in the plane x = {:.3g}; apply the modifier that mirrors "

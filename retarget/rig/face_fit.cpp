@@ -179,6 +179,11 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   mesh.metres_per_unit = face.metres_per_unit;
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
+  } catch (const InputError& error) {
+    if (request.warp.shape_factor <= 0) throw InputError(anchors_file, "markers", error.what());
+    throw InputError(fmt::format("--shape {:g}: {}", request.warp.shape_factor, error.what()));
+  }
+  try {
     face.control = buildControlMesh(face.marker_names, face.marker_targets,
                                     placeVirtualPoints(mesh, anchors, anchors_file), nullptr, request.surface);
     const FaceOpenings openings = openingsOf(face.control);
@@ -266,9 +271,32 @@ FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh) {
   check.fold_over_marker = folds.marker;
   check.binding = inspectBinding(face.binding, mesh, face.control);
   check.binding.largest_offset *= mm_per_unit;
+  if (100 * check.binding.coverage < limitNamed("bound"))
+    check.left_out = skinLeftOut(face.binding, mesh, face.control);
   check.patch_edge_angle_max_deg = largestEdgeAngle(face, mm_per_unit);
   return check;
 }
+
+namespace {
+
+/// Of a face that is bound too little: what is left out, and what may be done.
+std::string whyLeftOut(const SkinLeftOut& left) {
+  constexpr double kFar = 0.3;  // mouth widths, from which the surface holds less (deform/surface/binding.cpp)
+  if (left.vertices == 0) return "";
+  const bool is_turned = left.median_angle_deg > BindingOptions().max_normal_angle_deg;
+  const std::string_view remedy = !left.is_of_face ? "if that is no skin, say what it is in the anchors file's `parts`"
+                                  : left.median_distance > kFar ? "check the anchors there"
+                                  : left.median_angle_deg > 90  ? "do its normals point inward?"
+                                  : is_turned                   ? "check the anchors there, or raise --max-angle"
+                                                                : "--max-angle is too small for them";
+  return fmt::format(
+      ": of {} vertices that it leaves out {} are of '{}', half of them over {:.2f} mouth widths off it or turned by "
+      "over "
+      "{:.0f} degrees against it; {}",
+      left.all, left.vertices, left.part, left.median_distance, left.median_angle_deg, remedy);
+}
+
+}  // namespace
 
 std::vector<std::string> faultsOf(const FaceCheck& check) {
   constexpr double kMarkerReachMm = 5;
@@ -296,9 +324,8 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
         100 * check.binding.way_between_lips));
   }
   if (100 * check.binding.coverage < limitNamed("bound")) {
-    faults.push_back(
-        fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %: do its normals point inward?",
-                    100 * check.binding.coverage, limitNamed("bound")));
+    faults.push_back(fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %{}",
+                                 100 * check.binding.coverage, limitNamed("bound"), whyLeftOut(check.left_out)));
   }
   if (check.patch_edge_angle_max_deg > kSmoothDeg) {
     faults.push_back(fmt::format("the control surface has a kink of {:.1f} degrees", check.patch_edge_angle_max_deg));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/surface/left_out.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/rig/face_file.h"
 
@@ -54,6 +55,7 @@ struct FaceCheck {
   std::size_t fold_overs = 0;      ///< of them, where it turns space inside out
   std::string fold_over_marker;    ///< the marker next to the first of those
   BindingReport binding;
+  SkinLeftOut left_out;  ///< where the binding covers too little
   double patch_edge_angle_max_deg =
       0;  ///< between the normals of neighbouring patches along their edge, over sampled poses
 };

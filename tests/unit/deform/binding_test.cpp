@@ -1,4 +1,5 @@
 #include "deform/surface/binding.h"
+#include "deform/surface/left_out.h"
 
 #include <gtest/gtest.h>
 
@@ -222,6 +223,33 @@ TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
 }
 
 /// A figure's hands may have more vertices than its face, and hang together where they are folded.
+TEST(Binding, TellsWhichPartIsLeftOutAndWhy) {
+  EXPECT_EQ(skinLeftOut(sampleBinding(), sampleFace().mesh, sampleControl()).part, sampleFace().mesh.parts.at(0).name);
+  // Some of the face is of another part and hangs on nothing.
+  FaceMesh mesh = sampleFace().mesh;
+  MeshPart& skin = mesh.parts[0];
+  const auto first = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(skin.first_triangle);
+  const auto last = first + static_cast<std::ptrdiff_t>(skin.triangle_count);
+  const auto is_right = [&](const Triangle& t) { return mesh.vertices(t[0], 0) >= -10; };
+  const auto border = std::stable_partition(first, last, is_right);
+  MeshPart left = skin;
+  left.name = "Material.007";
+  left.first_triangle = static_cast<std::size_t>(border - mesh.triangles.begin());
+  left.triangle_count = static_cast<std::size_t>(last - border);
+  skin.triangle_count -= left.triangle_count;
+  mesh.parts.insert(mesh.parts.begin() + 1, left);
+  FaceBinding binding = sampleBinding();
+  for (const Triangle& t : trianglesOf(mesh, mesh.parts[1])) {
+    for (const std::uint32_t v : t) binding.patch[v] = -1;
+  }
+  const SkinLeftOut told = skinLeftOut(binding, mesh, sampleControl());
+  EXPECT_EQ(told.part, "Material.007");
+  EXPECT_FALSE(told.is_of_face);
+  EXPECT_GT(told.vertices, told.all * 9 / 10);
+  EXPECT_LT(told.median_distance, 0.1);
+  EXPECT_LT(told.median_angle_deg, 30);
+}
+
 TEST(Binding, TheFaceIsThePieceThatTheMarkersLieOn) {
   FaceMesh mesh = sampleFace().mesh;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());

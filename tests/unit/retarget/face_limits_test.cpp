@@ -234,5 +234,25 @@ TEST(FaultsOf, AnAnchorOffTheSkinComesFirst) {
   EXPECT_TRUE(faults.front().starts_with("NOSE_TIP lies 26.0 mm off the skin")) << faults.front();
 }
 
+TEST(FaultsOf, SkinThatIsLeftOutIsToldByItsPart) {
+  FaceCheck check;
+  check.binding.way_between_lips = 1;
+  check.binding.coverage = 0.7;
+  check.left_out = {"Material.007", false, 90, 100, 0.02, 40};
+  EXPECT_EQ(faultsOf(check).at(0),
+            "the surface moves 70.0 % of the face; expected 95 %: of 100 vertices that it leaves out 90 are of "
+            "'Material.007', half of them over 0.02 mouth widths off it or turned by over 40 degrees against it; if "
+            "that is no skin, say what it is in the anchors file's `parts`");
+  const auto remedy = [&](double distance, double angle) {
+    check.left_out = {"head", true, 90, 100, distance, angle};
+    const std::string told = faultsOf(check).at(0);
+    return told.substr(told.rfind("; ") + 2);
+  };
+  EXPECT_EQ(remedy(0.02, 150), "do its normals point inward?");
+  EXPECT_EQ(remedy(0.02, 80), "check the anchors there, or raise --max-angle");
+  EXPECT_EQ(remedy(0.02, 40), "--max-angle is too small for them");
+  EXPECT_EQ(remedy(0.4, 40), "check the anchors there");
+}
+
 }  // namespace
 }  // namespace mouthpiece
