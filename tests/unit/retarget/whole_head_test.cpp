@@ -46,6 +46,26 @@ TEST_F(WholeHead, HalfAHeadIsTold) {
   EXPECT_EQ(refusalOf(half).substr(0, 72), "head.obj: is half a head: its skin ends in the plane x = 0; apply the mo");
 }
 
+/// As a bust does whose arms are cut off.
+TEST(WholeHeads, MayEndInPlanesAtBothSides) {
+  constexpr std::uint32_t kSide = 11;
+  FaceMesh sheet;
+  sheet.vertices.resize(kSide * kSide, 3);
+  for (std::uint32_t v = 0; v < kSide * kSide; ++v)
+    sheet.vertices.row(v) << static_cast<float>(v % kSide), static_cast<float>(v / kSide), 0;
+  for (std::uint32_t v = 0; v + kSide + 1 < kSide * kSide; ++v) {
+    if (v % kSide + 1 == kSide) continue;
+    sheet.triangles.push_back({v, v + 1, v + kSide});
+    sheet.triangles.push_back({v + 1, v + kSide + 1, v + kSide});
+  }
+  sheet.parts = {{.name = "skin", .triangle_count = sheet.triangles.size()}};
+  EXPECT_EQ(refusalOf(sheet), "");
+  for (Eigen::Index v = 0; v < sheet.vertices.rows(); ++v) {
+    if (sheet.vertices(v, 0) == 10) sheet.vertices(v, 0) += 0.1F * sheet.vertices(v, 1);
+  }
+  EXPECT_NE(refusalOf(sheet), "");
+}
+
 TEST_F(WholeHead, LevelsOfDetailInOnePlaceAreTold) {
   FaceMesh both = mesh_;
   const auto first = static_cast<std::uint32_t>(mesh_.vertexCount());
