@@ -1,7 +1,6 @@
 #include "programs/synth/batch_input.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 
 #include "base/text_encoding.h"
@@ -10,30 +9,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::string_view kSeparators = ",;\t|";
-
-/// What Windows-1252 has where Latin-1 has control characters; 0 where it has nothing.
-constexpr std::array<char32_t, 32> kWindowsSigns{0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
-                                                 0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0,      0x017D, 0,
-                                                 0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
-                                                 0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0,      0x017E, 0x0178};
-
-bool isAllUtf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    if (!decodeUtf8(text, i)) return false;
-  }
-  return true;
-}
-
-std::string fromWindows1252(std::string_view bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    char32_t sign = byte;
-    if (byte >= 0x80 && byte < 0xA0) sign = kWindowsSigns[byte - 0x80U] != 0 ? kWindowsSigns[byte - 0x80U] : 0xFFFD;
-    appendUtf8(text, sign);
-  }
-  return text;
-}
 
 /// Cells of one row after another, whatever is wrong with them.
 class Rows {
@@ -134,15 +109,11 @@ char separatorOf(std::string_view text) {
 DelimitedTable parseDelimited(std::string_view bytes, std::string_view file) {
   expectText(bytes, file, "a table of lines, as CSV");
   DelimitedTable table;
-  std::string text;
+  std::string text = decodeText(bytes, file);
   if (bytes.starts_with("\xFE\xFF") || bytes.starts_with("\xFF\xFE")) {
     table.encoding = "UTF-16";
-    text = decodeText(bytes, file);
-  } else if (isAllUtf8(bytes)) {
-    text = decodeText(bytes, file);
-  } else {
+  } else if (text.size() > bytes.size()) {  // a sign of one byte became one of several
     table.encoding = "Windows-1252";
-    text = fromWindows1252(bytes);
   }
   // Old Macintosh line ends, where there are no others.
   if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
