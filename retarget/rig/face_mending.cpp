@@ -40,7 +40,7 @@ constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
 /// Vertices that are judged in all, over all judgements: what mends a face mends it with less, and a head that nothing
 /// mends is refused after it.
-constexpr double kMostJudged = 8e5;
+constexpr double kMostJudged = 2.5e6;
 
 constexpr std::array<std::string_view, 5> kOfSkin{"edge length", "stretch", "triangles turned over",
                                                   "skin off its markers", "vertex jump"};
