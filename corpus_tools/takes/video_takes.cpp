@@ -115,8 +115,8 @@ class VideoTaker {
   [[nodiscard]] fs::path takeFile(const std::string& name) const { return folder_ / (name + ".c3d"); }
   [[nodiscard]] fs::path personFile() const { return folder_ / "person.json"; }
 
-  /// Throws InputError where a take would replace what no earlier run has made: those have left a person.json and both
-  /// files of the take.
+  /// Throws InputError where a take would replace what no earlier run has made: those have left a person.json and the
+  /// take's motion, before its sound.
   void expectOurTakes(const std::vector<std::string>& names) const {
     std::error_code error;
     for (const std::string& name : names) {
@@ -210,13 +210,13 @@ class VideoTaker {
     MotionClip motion = markersOf(track, options_.layout, result_.person.eye_corners_mm, clip.string());
     if (!options_.plain_markers) motion = refineMarkers(track, motion, options_.layout, result_.person);
     FilesTogether files;
+    writeC3d(takeFile(name), motion);  // first: a sound alone is none of ours
     writeWav(folder_ / (name + ".wav"), track.sound);
     for (const char* ending : {".txt", ".TextGrid"}) {
       const fs::path beside = fs::path(clip).replace_extension(ending);
       if (fs::exists(beside) && !fs::exists(folder_ / (name + ending)))
         writeFileAtomically(folder_ / (name + ending), readFile(beside, 64 << 20));
     }
-    writeC3d(takeFile(name), motion);
     files.commit();
     const std::lock_guard lock(mutex_);
     const auto place = recorder_places_.find(name);

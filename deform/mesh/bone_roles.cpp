@@ -36,7 +36,7 @@ BoneRole roleFromName(std::string_view name) {
   constexpr std::array<std::string_view, 5> kLids{"lid", "brow", "lash", "eyecorner", "eyesack"};
   if (hasOneOf<5>(text, kLids)) return BoneRole::kHead;
   if (hasOneOf<5>(text, {"jaw", "mandible", "unterkiefer", "tongue", "lowerteeth"}) || text == "kiefer" ||
-      hasOneOf<2>(name, {"顎", "あご"}))
+      (hasOneOf<2>(name, {"顎", "あご"}) && name.find("上") == std::string_view::npos))
     return BoneRole::kJaw;
   if (hasOneOf<1>(text, {"eye"})) return BoneRole::kEye;
   if (hasOneOf<2>(text, {"hair", "bangs"})) return BoneRole::kHair;

@@ -55,8 +55,9 @@ class Line {
   std::size_t number_;
 };
 
-/// A backslash at its end says that the next line belongs to it.
+/// A backslash at its end says that the next line belongs to it; a comment may end in one ("C:\\work\\").
 bool goesOn(std::string_view line) {
+  if (line.starts_with('#')) return false;
   if (line.ends_with('\r')) line.remove_suffix(1);
   return line.ends_with('\\');
 }

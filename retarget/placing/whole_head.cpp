@@ -8,7 +8,6 @@
 #include <map>
 #include <utility>
 
-#include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 
@@ -32,7 +31,7 @@ double borderAt(const FaceMesh& mesh, const std::vector<Triangle>& skin, double 
   return length;
 }
 
-void refuseHalf(const FaceMesh& mesh, const std::string& file) {
+std::string whyHalf(const FaceMesh& mesh) {
   // Of the skin's height, which its profile is longer than. A bust that ends in planes at both shoulders is whole.
   constexpr double kFlat = 1e-3, kLong = 0.5, kShort = 0.1;
   const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips});
@@ -40,18 +39,18 @@ void refuseHalf(const FaceMesh& mesh, const std::string& file) {
   for (const Triangle& t : skin) {
     for (const std::uint32_t v : t) box.extend(pointAt(mesh.vertices, v));
   }
-  if (box.isEmpty()) return;
+  if (box.isEmpty()) return "";
   const double height = box.sizes().tail<2>().maxCoeff();
   const double low = box.min().x(), high = box.max().x();
   for (const auto& [x, opposite] : {std::pair(low, high), std::pair(high, low)}) {
     if (borderAt(mesh, skin, x, kFlat * height) < kLong * height) continue;
     if (borderAt(mesh, skin, opposite, kFlat * height) > kShort * height) continue;
-    throw InputError(
-        file, "",
-        fmt::format("is half a head: its skin ends in the plane x = {:.3g}; apply the modifier that mirrors "
-                    "it, or join it with its mirror image",
-                    x));
+    return fmt::format(
+        "is half a head: its skin ends in the plane x = {:.3g}; apply the modifier that mirrors it, or join it with "
+        "its mirror image",
+        x);
   }
+  return "";
 }
 
 /// The share of a part's vertices, some hundreds of them, that lie within `near` of a surface.
@@ -69,16 +68,17 @@ double shareNear(const FaceMesh& mesh, const MeshPart& part, const TriangleTree&
   return count > 0 ? close / count : 0;
 }
 
-void refuseLayers(const FaceMesh& mesh, const std::string& file) {
+std::string whyLayered(const FaceMesh& mesh) {
   constexpr double kNear = 0.01, kMostly = 0.8;  // of the part's size; of each part
+  std::vector<Eigen::AlignedBox3d> boxes(mesh.parts.size());
+  for (std::size_t a = 0; a < mesh.parts.size(); ++a) {
+    for (const Triangle& t : trianglesOf(mesh, mesh.parts[a])) boxes[a].extend(pointAt(mesh.vertices, t[0]));
+  }
   for (std::size_t a = 0; a < mesh.parts.size(); ++a) {
     for (std::size_t b = a + 1; b < mesh.parts.size(); ++b) {
       const MeshPart &one = mesh.parts[a], &other = mesh.parts[b];
       if (!isSkin(one.kind) || !isSkin(other.kind) || one.stands_off || other.stands_off) continue;
-      Eigen::AlignedBox3d here, there;
-      for (const auto& [part, box] : {std::pair{&one, &here}, std::pair{&other, &there}}) {
-        for (const Triangle& t : trianglesOf(mesh, *part)) box->extend(pointAt(mesh.vertices, t[0]));
-      }
+      const Eigen::AlignedBox3d &here = boxes[a], &there = boxes[b];
       // Most parts of a head lie elsewhere than the others.
       const double size = here.diagonal().norm();
       if (here.isEmpty() || there.isEmpty() || (here.center() - there.center()).norm() > 0.1 * size) continue;
@@ -89,18 +89,18 @@ void refuseLayers(const FaceMesh& mesh, const std::string& file) {
       };
       if (shareNear(mesh, one, treeOf(other), kNear * size) < kMostly) continue;
       if (shareNear(mesh, other, treeOf(one), kNear * size) < kMostly) continue;
-      throw InputError(file, "",
-                       fmt::format("has two layers of skin in one place, '{}' and '{}'; expected one level of detail",
-                                   one.name, other.name));
+      return fmt::format("has two layers of skin in one place, '{}' and '{}'; expected one level of detail", one.name,
+                         other.name);
     }
   }
+  return "";
 }
 
 }  // namespace
 
-void refuseNoWholeHead(const FaceMesh& mesh, const std::string& file) {
-  refuseHalf(mesh, file);
-  refuseLayers(mesh, file);
+std::string whyNoWholeHead(const FaceMesh& mesh) {
+  const std::string half = whyHalf(mesh);
+  return half.empty() ? whyLayered(mesh) : half;
 }
 
 }  // namespace mouthpiece

@@ -40,7 +40,7 @@ constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
 /// Vertices that are judged in all, over all judgements: what mends a face mends it with less, and a head that nothing
 /// mends is refused after it.
-constexpr double kMostJudged = 2.5e6;
+constexpr double kMostJudged = 2.5e6, kLeastJudgements = 16;
 
 constexpr std::array<std::string_view, 5> kOfSkin{"edge length", "stretch", "triangles turned over",
                                                   "skin off its markers", "vertex jump"};
@@ -341,7 +341,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const auto given_mesh = std::make_shared<const FaceMesh>(rig.mesh());
   const auto mesh = is_sewn ? std::make_shared<const FaceMesh>(welding.mesh) : given_mesh;
   using Mended = std::pair<FaceFile, FaceJudgement>;
-  double work = kMostJudged;
+  double work = std::max(kMostJudged, kLeastJudgements * asReal(rig.mesh().vertexCount()));
   const auto mend = [&](const FaceRig& from, const FaceFile& tried, FaceJudgement found,
                         std::function<bool()> mended_otherwise = nullptr) -> Mended {
     const FaceJudge judge(from, tried, poses, actor);

@@ -38,7 +38,8 @@ constexpr std::string_view kTemporarySuffix = ".tmp";
 std::optional<mode_t> modeOfReplaced(const fs::path& path) {
   struct stat facts {};
   if (::lstat(path.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode)) return std::nullopt;
-  if ((facts.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || ::access(path.c_str(), W_OK) != 0)
+  const bool is_kept = facts.st_uid == ::geteuid() && ::access(path.c_str(), W_OK) != 0;
+  if ((facts.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || is_kept)
     throw InputError(path.string(), "", "is write-protected; expected a file to write");
   return facts.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
 }

@@ -52,8 +52,17 @@ ConfigDefaults::ConfigDefaults(const CLI::App& app, const std::vector<std::strin
       return name.starts_with('-') && option->check_name(name);
     });
   };
+  const std::vector<ConfigEntry> all = readConfig(file_);
+  // What another default of this command gives is there, too.
+  const auto isThere = [&](const CLI::Option* option) {
+    return isGiven(option) || std::any_of(all.begin(), all.end(), [&](const ConfigEntry& entry) {
+             const std::vector<const CLI::App*> commands = commandsOf(app, entry.section);
+             return option->check_name(optionOf(entry)) &&
+                    std::find(commands.begin(), commands.end(), command) != commands.end();
+           });
+  };
   std::map<std::string, ConfigEntry> found;  // of a command's own section before the program's
-  for (const ConfigEntry& entry : readConfig(file_)) {
+  for (const ConfigEntry& entry : all) {
     const std::vector<const CLI::App*> commands = commandsOf(app, entry.section);
     const std::string program = entry.section.substr(0, entry.section.find(' '));
     if (commands.empty() && program != app.get_name() && std::ranges::find(kPrograms, program) != kPrograms.end())
@@ -75,7 +84,7 @@ ConfigDefaults::ConfigDefaults(const CLI::App& app, const std::vector<std::strin
     if (is_refused && commands.size() > 1) continue;
     const auto excluded = option->get_excludes();
     const auto needed = option->get_needs();
-    if (std::any_of(excluded.begin(), excluded.end(), isGiven) || !std::all_of(needed.begin(), needed.end(), isGiven))
+    if (std::any_of(excluded.begin(), excluded.end(), isGiven) || !std::all_of(needed.begin(), needed.end(), isThere))
       continue;
     const auto [first, is_new] = found.try_emplace(name, entry);
     if (!is_new && (commands.size() == 1 || first->second.section == entry.section)) first->second = entry;

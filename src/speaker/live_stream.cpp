@@ -165,7 +165,7 @@ void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<s
   expectOpen(true);
   if (!ear) ear = makeLiveEar(setup, options);
   catchUp();
-  if (at && !ahead.contains(*at) && order.mayWait(*at, samples.size())) {
+  if (at && !samples.empty() && !ahead.contains(*at) && order.mayWait(*at, samples.size())) {
     ahead.emplace(*at, std::vector<float>(samples.begin(), samples.end()));
     return;
   }

@@ -17,6 +17,7 @@
 #include "hearing/alignment/speech_finder.h"
 #include "hearing/times/times_file.h"
 #include "phonetics/labels/labels_builder.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 namespace {
@@ -40,11 +41,14 @@ bool liesInSpeech(const SpeechLabels& labels, std::span<const std::int16_t> samp
   return in_speech >= kLeastInSpeech * time;
 }
 
-/// "de", "de-CH" and "german" are German; what a file does not tell may be any.
+/// "de", "de-CH" and "german" are German; what a file does not tell, or tells by a name that is not known, may be any.
 bool isOf(const Language& language, std::string_view told) {
-  const std::string name = lowerCase(told), tag = name.substr(0, name.find_first_of("-_"));
-  const std::string_view own = language.tag;
-  return told.empty() || tag == own.substr(0, own.find('-')) || lowerCase(language.name).starts_with(name);
+  const auto primary = [](const Language& one) { return one.tag.substr(0, one.tag.find('-')); };
+  try {
+    return told.empty() || primary(languageOf(told)) == primary(language);
+  } catch (const InputError&) {
+    return true;
+  }
 }
 
 /// A sound, of which parts are aligned. Of one that is long and comes as it is heard nothing else is kept.
@@ -288,7 +292,9 @@ void TimedRecogniser::dropBeyondSound(const SoundInParts& sound, HeardSpeech& he
       fmt::format("'{}' begins at {:.2f} s by {}, after the sound, which lasts {:.2f} s: {} left out",
                   printable(text, 60), first->span.start, name_, sound.duration(), beyond == 1 ? "it is" : "they are"));
   times_.words.erase(first, times_.words.end());
-  std::erase_if(times_.phones, is_beyond);
+  std::erase_if(times_.phones, [&](const PhoneSegment& phone) {
+    return is_beyond(phone) || (phone.word && *phone.word >= times_.words.size());
+  });
 }
 
 /// What is odd about the times and their words.

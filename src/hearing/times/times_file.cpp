@@ -67,7 +67,7 @@ bool isLrc(std::string_view text) {
   if (!first.starts_with('[') || first.size() < 3) return false;
   const std::size_t colon = first.find(':');
   return colon < first.find(']') && std::ranges::all_of(first.substr(1, colon - 1), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z');
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
          });
 }
 

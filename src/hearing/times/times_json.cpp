@@ -147,8 +147,11 @@ TimesFile parseWhisperCpp(const JsonField& root, std::string_view name) {
   std::erase_if(pieces, [](const Piece& piece) { return trimmed(piece.text).empty(); });
   const auto begins = std::ranges::count_if(pieces, [](const Piece& piece) { return piece.text.starts_with(' '); });
   const auto has_several = [](const Piece& piece) { return trimmed(piece.text).find(' ') != std::string_view::npos; };
-  const bool are_words =
-      pieces.size() > 1 && 2 * begins > std::ssize(pieces) && std::ranges::none_of(pieces, has_several);
+  // Segments of one word each are lines.
+  const auto is_long = [](const Piece& piece) { return piece.span.duration() > 1.5; };
+  const bool are_words = pieces.size() > 1 && 2 * begins > std::ssize(pieces) &&
+                         std::ranges::none_of(pieces, has_several) &&
+                         (begins < std::ssize(pieces) || std::ranges::none_of(pieces, is_long));
   if (!are_words) builder.setLines();
   for (std::size_t i = 0; i < pieces.size();) {
     Piece word = std::move(pieces[i++]);

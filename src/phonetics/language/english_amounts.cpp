@@ -36,13 +36,16 @@ std::string WrittenAmount::words() const {
 
 namespace {
 
-/// How long "5,00,000" is, as it is written in India: pairs of digits before the last three; 0 for another number.
+/// How long "5,00,000" is, as it is written in India: pairs of digits before the last three, of which one
+/// alone tells whole thousands ("5,10,100" is a list); 0 for another number.
 std::size_t indianLength(std::string_view token) {
   std::size_t at = countDigits(token);
   if (at == 0 || at > 2) return 0;
   const std::size_t first = at;
   while (token.substr(at).starts_with(',') && countDigits(token.substr(at + 1)) == 2) at += 3;
-  const bool ends = at > first && token.substr(at).starts_with(',') && countDigits(token.substr(at + 1)) == 3;
+  const bool has_pairs = at > first + 3, has_one = at > first && token.substr(at).starts_with(",000");
+  const bool ends =
+      (has_pairs || has_one) && token.substr(at).starts_with(',') && countDigits(token.substr(at + 1)) == 3;
   return ends ? at + 4 : 0;
 }
 

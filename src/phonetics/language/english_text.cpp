@@ -1,6 +1,7 @@
 #include "phonetics/language/english_text.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "base/text_encoding.h"
@@ -37,6 +38,15 @@ class Reader {
   }
 
  private:
+  /// In capitals "LET US GO" has the pronoun and "US ARMY" has not.
+  static bool takesUs(std::string_view before) {
+    constexpr std::array<std::string_view, 31> kWords{
+        "about", "against", "all",  "among", "around", "ask",   "asked", "behind",  "between", "both", "bring",
+        "for",   "gave",    "give", "help",  "join",   "leave", "let",   "lets",    "like",    "meet", "of",
+        "sees",  "show",    "take", "tell",  "teach",  "told",  "with",  "without", "makes"};
+    return std::find(kWords.begin(), kWords.end(), lowerCase(before)) != kWords.end();
+  }
+
   /// Nothing but capitals, in more than one word: they say nothing about the words.
   static bool isLoud(std::string_view text) {
     if (std::any_of(text.begin(), text.end(), [](char c) { return c >= 'a' && c <= 'z'; })) return false;
@@ -78,7 +88,7 @@ class Reader {
   std::string readToken(const TextToken& token) {
     const std::string_view core = token.core();
     if (core.empty()) return std::string(token.body);
-    if (is_loud_ && core == "US" && lowerCase(previousWord()) != "the") return std::string(token.body);
+    if (is_loud_ && core == "US" && takesUs(previousWord())) return std::string(token.body);
     const bool is_odd = hasDigit(core) || (core.size() > 1 && areCapitals(core));
     if (is_odd && is_known_ && is_known_(core)) return std::string(token.body);
     using Rule = std::optional<std::string> (Reader::*)(const TextToken&);

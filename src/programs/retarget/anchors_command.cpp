@@ -121,7 +121,6 @@ int runAnchors(const AnchorsArguments& given) {
     throw InputError(out.string(), "", "is there already; -o names the file to write, this one or another");
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
-  refuseNoWholeHead(*mesh, given.mesh.string());
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
                               : given.by == "bones" ? AnchorSource::kBones
                               : given.by == "looks" ? AnchorSource::kLooks
@@ -193,6 +192,7 @@ FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs:
   if (asks(AnchorSource::kLooks) && !isComplete()) {
     const std::optional<SeenFace> seen = seenOn(mesh, bones.head);
     if (!seen && found.anchors.markers.empty()) {
+      if (const std::string why = whyNoWholeHead(mesh); !why.empty()) throw InputError(file.string(), "", why);
       throw InputError(file.string(), "",
                        "shows no face that the tracker knows, from any side, and has no shape that opens its mouth; "
                        "click the ten anchors on the page that `retarget pick` writes");
@@ -207,7 +207,6 @@ FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs:
 
 NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
                         const fs::path& given, bool quiet) {
-  refuseNoWholeHead(mesh, file.string());
   NamedAnchors named;
   if (!given.empty()) {
     named = {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};

@@ -13,6 +13,7 @@
 #include "programs/outputs.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
+#include "retarget/placing/whole_head.h"
 #include "retarget/rig/borrowed_mouth.h"
 #include "speaker/shared_files.h"
 #include "units/file/corpus.h"
@@ -153,6 +154,8 @@ int runFit(const FitArguments& given) {
   printNotice(fmt::format("{}: its anchors lie more as a face's do with one less each: vertices are numbered from 0",
                           given.anchors.string()),
               given.anchors.empty() || !seemNumberedFromOne(anchors, rig.mesh(), request));
+  if (const std::string why = whyNoWholeHead(rig.mesh()); !why.empty())
+    printNotice(fmt::format("{}: {}", given.mesh.string(), why), false);
   return kExitBadInput;
 }
 

@@ -172,6 +172,10 @@ class BatchRun {
     if (!options.cast.empty()) cast_ = readCast(options.cast, usual_);
     for (auto& [speaker, member] : cast_) {
       member.with_face = needsFace(member, files);
+      if (!member.voice.empty() && member.language == usual_.language) {  // the row tells a voice alone
+        member.usual_voice = std::exchange(member.voice, {});
+        continue;
+      }
       try {
         letVoiceGiveWay(member);
       } catch (const InputError& error) {
@@ -201,6 +205,8 @@ class BatchRun {
     if (list_.lines.empty()) return kExitBadInput;  // what is wrong with each row has been told
     nameFiles();
     expectOurManifest(options_.out_folder, stem_);
+    for (const BatchLine& line : lines_)
+      static_cast<void>(wantedFor(line));  // settings that cannot be read end the run
     ManifestJournal journal(options_.out_folder, stem_);
     journal_ = &journal;
     takeStock();

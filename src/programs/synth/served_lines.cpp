@@ -122,17 +122,15 @@ std::optional<WishedExpression> expressionIn(const JsonField& wish) {
 }
 
 ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
-    : options_(options),
-      folder_(fs::absolute(std::move(folder)).lexically_normal()),
-      lock_(FileLock::ofFolder(folder_ / "")),
-      corpus_(options.corpus) {
-  if (!lock_.isOurs())
-    throw InputError(folder_.string(), "", "is in use by another synth serve; expected one at a time");
+    : options_(options), folder_(fs::absolute(std::move(folder)).lexically_normal()), corpus_(options.corpus) {
   // The page's lines may ask for another voice, or another language.
   if (!options_.voice.empty()) options_.usual_voice = std::exchange(options_.voice, {});
   faces_.emplace(options.face.empty() ? std::string(kDefaultFace) : options.face.stem().string(), options.face);
   expectWritable(folder_);
   static_cast<void>(speakerFor({}, {}));  // what no line could be made with is told before the first one
+  lock_.emplace(FileLock::ofFolder(folder_ / ""));
+  if (!lock_->isOurs())
+    throw InputError(folder_.string(), "", "is in use by another synth serve; expected one at a time");
   readEarlier();
   worker_ = std::jthread([this](std::stop_token stop) { work(std::move(stop)); });
 }
@@ -424,7 +422,8 @@ Speaker& ServedLines::speakerFor(const LineWish& wish, const fs::path& edits) {
   if (!network_) network_ = sharedWordNetwork();
   if (last_ && last_->wish == key && &last_->face.data() == &face.data()) return last_->speaker;
   SpeakerOptions options = options_;
-  if (!wish.voice.empty()) options.voice = wish.voice;
+  // The page always names a voice; the usual one gives way to a language.
+  if (!wish.voice.empty() && wish.voice != options_.usual_voice) options.voice = wish.voice;
   if (!wish.language.empty()) options.language = wish.language;
   if (const auto& expression = wish.expression) {
     Manner& manner = options.manner;

@@ -225,6 +225,7 @@ int runSpeak(const SpeakOptions& options) {
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   expectNoneRead(files, options);
   SpeakerOptions wanted = speakerOf(options);
+  if (!options.line.song.empty() && isUsersDefault("--language")) wanted.language.clear();  // it is of spoken lines
   wanted.with_face = needsFace(wanted, files);
   wanted.keep_motion = false;
   const Line line = lineOf(options);
@@ -247,7 +248,7 @@ int runSpeak(const SpeakOptions& options) {
   if (const auto& face = performance.data().face) {
     FilesRead head;
     head.add(face->data().meshPath(), "the face");
-    for (const std::filesystem::path& file : files) head.expectNot(file, "-o");
+    for (const std::filesystem::path& file : files) head.expectNot(file, options.out_files.empty() ? "--out" : "-o");
   }
   {
     std::optional<ProgressBar> progress;

@@ -377,7 +377,10 @@ void tellCounts(const LiveCounts& counts, const StreamFeeder& feeder, const Stre
   if (counts.missing > 0) told += fmt::format(", {:.2f} s missing", counts.missing);
   if (counts.restarts > 0) told += fmt::format(", {} of the sender's clock", counted(counts.restarts, "restart"));
   if (counts.unusable_samples > 0) told += fmt::format(", {}", counted(counts.unusable_samples, "unusable sample"));
-  if (feeder.leftOut() > 0) told += fmt::format("; {} words or sentences left out", feeder.leftOut());
+  if (feeder.leftOut() > 0)
+    told +=
+        fmt::format("; {} left out", feeder.leftOut() == 1 ? "1 word or sentence"
+                                                           : fmt::format("{} words or sentences", feeder.leftOut()));
   printNotice(told, options.quiet);
 }
 

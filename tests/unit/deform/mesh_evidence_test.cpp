@@ -228,7 +228,7 @@ TEST_F(Boxes, WhatShapesOfTheMouthMoveMostIsSkinWhateverItIsCalled) {
 TEST(Bones, AJawHasNamesInSeveralLanguages) {
   tinygltf::Model model;
   for (const char* name :
-       {"mixamorig:Jaw", "lower_jaw.x", "mandible", "Kiefer", "Unterkiefer", "顎", "Oberkiefer", "arm", "head"})
+       {"mixamorig:Jaw", "lower_jaw.x", "mandible", "Kiefer", "Unterkiefer", "顎", "Oberkiefer", "上顎", "arm", "head"})
     model.nodes.emplace_back().name = name;
   const std::vector<int> parents(model.nodes.size(), -1);
   model.skins.emplace_back();

@@ -18,7 +18,7 @@ using Arguments = std::vector<std::string>;
 
 class Batch : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
+  void SetUp() override {
     if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "sample.corpus"))
       GTEST_SKIP() << "no sample corpus; make it with `make data`";
   }

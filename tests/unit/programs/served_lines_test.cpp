@@ -73,7 +73,7 @@ TEST(ServedLines, AskOneNetworkProgramForAllRecordings) {
 /// A folder of lines that an earlier session has left.
 class EarlierLines : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
+  void SetUp() override {
     if (!fs::exists(kServedShare / "default.face")) GTEST_SKIP() << "no sample corpus: run `make data`";
   }
   EarlierLines() {

@@ -16,7 +16,7 @@ constexpr std::chrono::seconds kLongest{60};  // a server that listens does not 
 
 class ServedPrograms : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
+  void SetUp() override {
     for (const char* file : {"clock.corpus", "default.face", "serve.html", "studio.html"}) {
       if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / file)) GTEST_SKIP() << "no " << file;
     }

@@ -369,7 +369,7 @@ TEST_F(BadInput, OfBatchCasts) {
   expectCastError("speaker\n", " names nobody");
   expectCastError("speaker,hat\nBob,red\n", "1: found a column 'hat'");
   expectCastError("speaker,voice,rate\nAnn,flite:slt,1\nBob,flite:rms,quick\n", "3: found the rate 'quick'");
-  expectCastError("speaker,voice\nBob\n", "2: found 1 cells; expected 2");
+  expectCastError("speaker,voice\nBob\n", "2: found 1 cell; expected 2");
   expectCastError("speaker,voice\n,flite:rms\n", "2: names no speaker");
   expectCastError("speaker,voice\nBob,flite:rms\nBob,flite:slt\n", "3: names the speaker 'Bob' a second time");
   expectCastError("speaker,voice\n\"Bob,flite:rms\n", "2: found a quote that never closes");
