@@ -128,7 +128,7 @@ ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
   faces_.emplace(options.face.empty() ? std::string(kDefaultFace) : options.face.stem().string(), options.face);
   expectWritable(folder_);
   static_cast<void>(speakerFor({}, {}));  // what no line could be made with is told before the first one
-  lock_.emplace(FileLock::ofFolder(folder_ / ""));
+  lock_.reset(new FileLock(FileLock::ofFolder(folder_ / "")));  // it cannot be moved
   if (!lock_->isOurs())
     throw InputError(folder_.string(), "", "is in use by another synth serve; expected one at a time");
   readEarlier();

@@ -110,7 +110,7 @@ class ServedLines {
 
   SpeakerOptions options_;
   std::filesystem::path folder_;
-  std::optional<FileLock> lock_;
+  std::unique_ptr<FileLock> lock_;
   SharedCorpus corpus_;
   std::map<std::string, std::filesystem::path> faces_;  ///< by the name that the page shows
   std::map<std::string, SharedFace> opened_;            ///< of the thread that makes the lines
