@@ -34,12 +34,13 @@ double borderAt(const FaceMesh& mesh, const std::vector<Triangle>& skin, double 
 std::string whyHalf(const FaceMesh& mesh) {
   // Of the skin's height, which its profile is longer than. A bust that ends in planes at both shoulders is whole.
   constexpr double kFlat = 1e-3, kLong = 0.5, kShort = 0.1;
+  constexpr std::size_t kFewest = 100;  // triangles of a head
   const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips});
   Eigen::AlignedBox3d box;
   for (const Triangle& t : skin) {
     for (const std::uint32_t v : t) box.extend(pointAt(mesh.vertices, v));
   }
-  if (box.isEmpty()) return "";
+  if (skin.size() < kFewest) return "";
   const double height = box.sizes().tail<2>().maxCoeff();
   const double low = box.min().x(), high = box.max().x();
   for (const auto& [x, opposite] : {std::pair(low, high), std::pair(high, low)}) {
