@@ -78,13 +78,16 @@ void addBag(GrownMesh& cut, const std::vector<std::uint32_t>& upper, const std::
     return (1 - share) * pointAt(mesh.vertices, lower[i]) + share * pointAt(mesh.vertices, lower[i + 1]);
   };
   const Vector3d middle = 0.5 * (pointAt(mesh.vertices, upper.front()) + pointAt(mesh.vertices, upper.back()));
-  const auto behindSkin = [&](const Vector3d& before, const Vector3d& rim, const Vector3d& deep,
+  // `low`: how high it should be, `high`: how high it may be where there is a hole in place of skin.
+  const auto behindSkin = [&](const Vector3d& before, const Vector3d& rim, const Vector3d& deep, const Vector3d& low,
                               const Vector3d& high) -> Vector3d {
     const double thick = std::min(kSkinThick * width, deep.norm());
     const auto isBehind = [&](const Vector3d& place) {
       return skin.isBehind(place, thick) && skin.isBehind(0.5 * (before + place), 0.5 * thick);
     };
-    Vector3d place = rim + deep + high;
+    Vector3d place = rim + deep + low;
+    if (!low.isZero() && isBehind(place)) return place;
+    place = rim + deep + high;
     for (double share = 1; share > 0 && !high.isZero() && !isBehind(place); share -= kNarrowing)
       place = rim + deep + share * high - (1 - share) * (rim - middle).dot(across) * across;
     return place;
@@ -96,13 +99,14 @@ void addBag(GrownMesh& cut, const std::vector<std::uint32_t>& upper, const std::
       const double way = wayOf(upper, i);
       // Low at the corners: skin that comes down there less than the lip does would lie before the bag.
       const double bulge = std::max(0.0, std::sin(std::numbers::pi * way));
-      const double deep = std::sqrt(bulge) * width, high = bulge * width;
+      const double deep = std::sqrt(bulge) * width;
       const bool is_corner = i == 0 || i + 1 == upper.size();
       const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
       row.push_back(is_corner ? upper[i]
                               : addVertex(cut,
                                           behindSkin(pointAt(mesh.vertices, rows[rows.size() - 2][i]), rim,
-                                                     deep * place.back * back, high * place.up * up),
+                                                     deep * place.back * back, bulge * width * place.up * up,
+                                                     deep * place.up * up),
                                           upper[i]));
     }
   }

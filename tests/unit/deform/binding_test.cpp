@@ -222,9 +222,8 @@ TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
   }
 }
 
-/// A figure's hands may have more vertices than its face, and hang together where they are folded.
 TEST(Binding, TellsWhichPartIsLeftOutAndWhy) {
-  EXPECT_EQ(skinLeftOut(sampleBinding(), sampleFace().mesh, sampleControl()).part, sampleFace().mesh.parts.at(0).name);
+  EXPECT_EQ(skinLeftOut(sampleBinding(), sampleFace().mesh, sampleControl()).part, "") << "nothing is";
   // Some of the face is of another part and hangs on nothing.
   FaceMesh mesh = sampleFace().mesh;
   MeshPart& skin = mesh.parts[0];
@@ -250,6 +249,7 @@ TEST(Binding, TellsWhichPartIsLeftOutAndWhy) {
   EXPECT_LT(told.median_angle_deg, 30);
 }
 
+/// A figure's hands may have more vertices than its face, and hang together where they are folded.
 TEST(Binding, TheFaceIsThePieceThatTheMarkersLieOn) {
   FaceMesh mesh = sampleFace().mesh;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());
