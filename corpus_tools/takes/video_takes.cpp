@@ -124,7 +124,7 @@ class VideoTaker {
       const bool has_sound = fs::exists(sound, error), has_motion = fs::exists(motion, error);
       if ((has_sound || has_motion) && !(has_motion && fs::exists(personFile(), error)))
         throw InputError((has_sound ? sound : motion).string(), "",
-                         "is there and was not made by tracking; expected another folder for --out");
+                         "is there and was not made by tracking; expected another folder to write to");
     }
   }
 

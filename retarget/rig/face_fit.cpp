@@ -181,7 +181,7 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
   } catch (const InputError& error) {
     if (request.warp.shape_factor <= 0) throw InputError(anchors_file, "markers", error.what());
-    throw InputError(fmt::format("--shape {:g}: {}", request.warp.shape_factor, error.what()));
+    throw InputError(fmt::format("shape factor {:g}: {}", request.warp.shape_factor, error.what()));
   }
   try {
     face.control = buildControlMesh(face.marker_names, face.marker_targets,
@@ -287,8 +287,8 @@ std::string whyLeftOut(const SkinLeftOut& left) {
   const std::string_view remedy = !left.is_of_face ? "if that is no skin, say what it is in the anchors file's `parts`"
                                   : left.median_distance > kFar ? "check the anchors there"
                                   : left.median_angle_deg > 90  ? "do its normals point inward?"
-                                  : is_turned                   ? "check the anchors there, or raise --max-angle"
-                                                                : "--max-angle is too small for them";
+                                  : is_turned                   ? "check the anchors there, or allow a larger angle"
+                                                                : "the largest angle allowed is too small for them";
   return fmt::format(
       ": of {} vertices that it leaves out {} are of '{}', half of them over {:.2f} mouth widths off it or turned by "
       "over "

@@ -323,7 +323,7 @@ void TimedRecogniser::warn(const SoundInParts& sound, HeardSpeech& heard) const 
                                         counted(times_.cut_lines, "line"), times_.kind,
                                         times_.cut_lines == 1 ? "it" : "they"));
   if (!isOf(language_, times_.language))
-    heard.warnings.push_back(fmt::format("{} tells that its language is {}, and is read as {}: --language tells it",
+    heard.warnings.push_back(fmt::format("{} tells that its language is {}, and is read as {}: say which it is",
                                          times_.kind, printable(times_.language, 20), language_.name));
   std::string doubtful;
   std::size_t count = 0;

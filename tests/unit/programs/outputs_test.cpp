@@ -144,7 +144,7 @@ TEST_F(Outputs, OfTrackingReplaceNoTakesOfOthers) {
   static_cast<void>(folder_.write("clips/c.wav", "my recording"));
   static_cast<void>(folder_.write("mocap/c.c3d", "my capture"));
   expectKept("clips/c.wav", "corpus", {"track", "clips/c.mpg", "--out", "clips"},
-             "clips/c.wav: is there and was not made by tracking; expected another folder for --out");
+             "clips/c.wav: is there and was not made by tracking; expected another folder to write to");
   expectKept("mocap/c.c3d", "corpus", {"track", "clips/c.mpg", "--out", "mocap", "--again"},
              "mocap/c.c3d: is there and was not made by tracking");
   EXPECT_FALSE(fs::exists(path("clips/person.json")) || fs::exists(path("mocap/person.json")));

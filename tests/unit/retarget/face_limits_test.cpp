@@ -249,8 +249,8 @@ TEST(FaultsOf, SkinThatIsLeftOutIsToldByItsPart) {
     return told.substr(told.rfind("; ") + 2);
   };
   EXPECT_EQ(remedy(0.02, 150), "do its normals point inward?");
-  EXPECT_EQ(remedy(0.02, 80), "check the anchors there, or raise --max-angle");
-  EXPECT_EQ(remedy(0.02, 40), "--max-angle is too small for them");
+  EXPECT_EQ(remedy(0.02, 80), "check the anchors there, or allow a larger angle");
+  EXPECT_EQ(remedy(0.02, 40), "the largest angle allowed is too small for them");
   EXPECT_EQ(remedy(0.4, 40), "check the anchors there");
 }
 
