@@ -211,7 +211,7 @@ TEST(TimedRecogniser, TellsOfAnotherLanguage) {
   };
   for (const char* const own : {"en", "English", "en-US"}) EXPECT_TRUE(warnings(own, english()).empty()) << own;
   EXPECT_EQ(warnings("de", english()), std::vector<std::string>{"Whisper JSON tells that its language is de, and is "
-                                                                "read as English: --language tells it"});
+                                                                "read as English: say which it is"});
   EXPECT_TRUE(warnings("german", languageOf("de")).empty());
 }
 
