@@ -119,7 +119,7 @@ TEST_F(AppliedMotion, MotionOfNoSuchFaceIsRefused) {
         for (Eigen::Index column = 0; column < motion.positions_mm.cols(); column += 3)
           motion.positions_mm.col(column) *= -1;
       },
-      "times as large as the actor's");
+      "markers lie over 25 mm from the actor's neutral pose");
   refused([](MotionClip& motion) { samples(motion, "LIP_LO_MID").middleRows(3, 2).setConstant(std::nan("")); },
           "LIP_LO_MID is not seen from 0.05 s on for 2 frames");
 }
