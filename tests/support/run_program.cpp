@@ -55,11 +55,17 @@ ProgramResult runProgram(const std::string& program, const std::vector<std::stri
     ::_exit(127);
   }
   int status = 0;
+  bool has_ended = false;
   if (kill_after) {
-    std::this_thread::sleep_for(*kill_after);
-    ::kill(child, SIGKILL);
+    const auto deadline = std::chrono::steady_clock::now() + *kill_after;
+    constexpr std::chrono::milliseconds kLook{5};
+    do {
+      std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(kLook, *kill_after));
+      has_ended = ::waitpid(child, &status, WNOHANG) == child;
+    } while (!has_ended && std::chrono::steady_clock::now() < deadline);
+    if (!has_ended) ::kill(child, SIGKILL);
   }
-  ::waitpid(child, &status, 0);
+  if (!has_ended) ::waitpid(child, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), readAll(out), readAll(err)};
 }
 
