@@ -100,7 +100,8 @@ bool isVowel(std::string_view plain_name) {
 bool isTelling(std::string_view expression) { return isVowel(expression) || expression.starts_with("blink"); }
 
 bool tellsMouthOrLids(std::string_view name) {
-  return isMouthShape(name) || hasOneOf<3>(plain(name), {"blink", "eyeclose", "eyesclose"});
+  // MMD's kana say less than the expression that binds one.
+  return (isMouthShape(name) && !plain(name).empty()) || hasOneOf<3>(plain(name), {"blink", "eyeclose", "eyesclose"});
 }
 
 /// Hands each preset expression of a VRM to `take` with the mesh and the target of each of its binds.
