@@ -288,7 +288,7 @@ std::string whyLeftOut(const SkinLeftOut& left) {
                                   : left.median_distance > kFar ? "check the anchors there"
                                   : left.median_angle_deg > 90  ? "do its normals point inward?"
                                   : is_turned                   ? "check the anchors there, or allow a larger angle"
-                                                                : "the largest angle allowed is too small for them";
+                                              : "check the anchors, or whether the largest angle allowed is too small";
   return fmt::format(
       ": of {} vertices that it leaves out {} are of '{}', half of them over {:.2f} mouth widths off it or turned by "
       "over "

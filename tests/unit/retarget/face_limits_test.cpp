@@ -250,7 +250,7 @@ TEST(FaultsOf, SkinThatIsLeftOutIsToldByItsPart) {
   };
   EXPECT_EQ(remedy(0.02, 150), "do its normals point inward?");
   EXPECT_EQ(remedy(0.02, 80), "check the anchors there, or allow a larger angle");
-  EXPECT_EQ(remedy(0.02, 40), "the largest angle allowed is too small for them");
+  EXPECT_EQ(remedy(0.02, 40), "check the anchors, or whether the largest angle allowed is too small");
   EXPECT_EQ(remedy(0.4, 40), "check the anchors there");
 }
 
