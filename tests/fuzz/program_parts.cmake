@@ -1,3 +1,5 @@
+# Fuzzers that read with sources of programs: no room links them, and each is linked in the ordinary build as well.
+set(fuzzers_of_programs manifest_fuzz stream_input_fuzz tables_fuzz)
 # mouthpiece_program_parts(TARGET FUZZER): TARGET gets the sources of programs that FUZZER reads with: they are no room's.
 function(mouthpiece_program_parts target fuzzer)
   set(src ${CMAKE_SOURCE_DIR}/src)

@@ -73,22 +73,6 @@ class SentenceReader {
   bool is_over_ = false;
 };
 
-/// Words or sentences of an input that cannot be said, which a stream goes on without.
-class UnsaidWords {
- public:
-  /// Tells of one, unless `quiet`. `place`: its line.
-  void add(const std::string& file, std::size_t line, const InputError& why, bool quiet);
-  void said() { is_any_said_ = true; }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  /// Throws the first one's InputError where nothing else was said.
-  void expectAnySaid() const;
-
- private:
-  std::optional<InputError> first_;
-  std::size_t count_ = 0;
-  bool is_any_said_ = false;
-};
-
 /// Whether a word may be said then; what is wrong with one that may be is the word.
 inline bool isTime(const TimeSpan& span) { return span.start >= 0 && span.end > span.start; }
 

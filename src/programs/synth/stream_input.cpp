@@ -11,7 +11,6 @@
 #include <sstream>
 
 #include "mouthpiece/errors.h"
-#include "programs/program.h"
 
 namespace mouthpiece {
 namespace {
@@ -142,17 +141,6 @@ std::optional<std::string> SentenceReader::next() {
     is_over_ = more.empty();
     read_ += more;
   }
-}
-
-void UnsaidWords::add(const std::string& file, std::size_t line, const InputError& why, bool quiet) {
-  const InputError told(file, std::to_string(line), why.what());
-  printNotice(std::string("warning: ") + told.what() + "; it is left out", quiet);
-  if (!first_) first_ = told;
-  ++count_;
-}
-
-void UnsaidWords::expectAnySaid() const {
-  if (first_ && !is_any_said_) throw InputError(*first_);
 }
 
 bool splitLabel(const std::string& line, std::vector<std::string>& fields) {

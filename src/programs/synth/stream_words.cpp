@@ -6,6 +6,7 @@
 
 #include "base/text_numbers.h"
 #include "mouthpiece/errors.h"
+#include "programs/program.h"
 #include "programs/synth/stream_ends.h"
 
 namespace mouthpiece {
@@ -21,6 +22,17 @@ constexpr Seconds kResampled = 0.05;  ///< after a word its last sound has been 
 constexpr std::chrono::seconds kPatience(5);
 
 }  // namespace
+
+void UnsaidWords::add(const std::string& file, std::size_t line, const InputError& why, bool quiet) {
+  const InputError told(file, std::to_string(line), why.what());
+  printNotice(std::string("warning: ") + told.what() + "; it is left out", quiet);
+  if (!first_) first_ = told;
+  ++count_;
+}
+
+void UnsaidWords::expectAnySaid() const {
+  if (first_ && !is_any_said_) throw InputError(*first_);
+}
 
 WordsBesideSound::WordsBesideSound(std::string file, LiveStream& stream, const LiveOptions& options, bool in_real_time,
                                    const std::atomic<bool>& is_stopped, bool quiet)

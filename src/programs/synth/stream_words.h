@@ -4,14 +4,32 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
 
+#include "mouthpiece/errors.h"
 #include "mouthpiece/live.h"
 #include "programs/synth/stream_ends.h"
 
 namespace mouthpiece {
+
+/// Words or sentences of an input that cannot be said, which a stream goes on without.
+class UnsaidWords {
+ public:
+  /// Tells of one, unless `quiet`. `place`: its line.
+  void add(const std::string& file, std::size_t line, const InputError& why, bool quiet);
+  void said() { is_any_said_ = true; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// Throws the first one's InputError where nothing else was said.
+  void expectAnySaid() const;
+
+ private:
+  std::optional<InputError> first_;
+  std::size_t count_ = 0;
+  bool is_any_said_ = false;
+};
 
 /// Words with their times from a file or a pipe, said by a stream while their sound comes beside them: a word waits for
 /// its sound, which tells when each of its phones is said.
