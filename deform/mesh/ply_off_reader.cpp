@@ -171,7 +171,7 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
       soup.positions.push_back(asFloat(found[axis]));
     }
     if (!is_colored) continue;
-    const bool is_color = std::all_of(&found[3], &found[6], [](double c) { return c >= 0 && c <= 255; });
+    const bool is_color = std::all_of(found.begin() + 3, found.end(), [](double c) { return c >= 0 && c <= 255; });
     soup.vertex_colors.push_back(
         is_color ? std::array{linearFromByte(found[3]), linearFromByte(found[4]), linearFromByte(found[5])}
                  : std::array{1.0F, 1.0F, 1.0F});
