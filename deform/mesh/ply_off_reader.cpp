@@ -125,13 +125,13 @@ void checkCounts(const Layout& layout, std::size_t body, std::string_view file) 
     bytes_per_vertex += layout.encoding == Encoding::kText ? 2 : asReal(bytesOf(first));
   }
   // A face takes four bytes at the least.
-  const bool fits = layout.vertices >= 1 && layout.vertices <= asReal(kMaxMeshVertices) && layout.faces >= 0 &&
-                    layout.vertices * bytes_per_vertex + layout.faces * 4 <= asReal(body) + 1;
+  const bool are_whole = std::floor(layout.vertices) == layout.vertices && std::floor(layout.faces) == layout.faces;
+  const bool fits = are_whole && layout.vertices >= 1 && layout.vertices <= asReal(kMaxMeshVertices) &&
+                    layout.faces >= 0 && layout.vertices * bytes_per_vertex + layout.faces * 4 <= asReal(body) + 1;
   if (!fits) {
-    throw InputError(
-        file, "",
-        fmt::format("found {:.0f} vertices and {:.0f} faces in {} bytes; expected counts that the file can hold",
-                    layout.vertices, layout.faces, body));
+    throw InputError(file, "",
+                     fmt::format("found {} vertices and {} faces in {} bytes; expected counts that the file can hold",
+                                 layout.vertices, layout.faces, body));
   }
   if (layout.faces < 1) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
 }
@@ -189,7 +189,7 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
       corners.clear();
       while (asReal(corners.size()) < count) {
         const double corner = body.next(property.type, "face", f);
-        if (!(corner >= 0 && corner < layout.vertices))
+        if (!(corner >= 0 && corner < asReal(vertices)))
           fail(fmt::format("face {}: found vertex index {}; expected 0 to {}", f, corner, vertices - 1));
         corners.push_back(static_cast<std::uint32_t>(corner));
       }
