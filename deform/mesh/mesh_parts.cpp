@@ -23,6 +23,7 @@ constexpr std::array kKindWords{
     KindWord{"moustache", PartKind::kSkin},     KindWord{"mustache", PartKind::kSkin},
     KindWord{"whisker", PartKind::kSkin},       KindWord{"schnurrbart", PartKind::kSkin},
     KindWord{"brow", PartKind::kSkin},          KindWord{"eyelid", PartKind::kSkin},
+    KindWord{"eyeglass", PartKind::kOther},     KindWord{"eyewear", PartKind::kOther},
     KindWord{"eyeline", PartKind::kSkin},       KindWord{"eyesock", PartKind::kEye},
     KindWord{"tongue", PartKind::kTongue},      KindWord{"teeth", PartKind::kUpperTeeth},
     KindWord{"tooth", PartKind::kUpperTeeth},   KindWord{"gum", PartKind::kUpperTeeth},
@@ -233,9 +234,15 @@ std::vector<std::size_t> gumPieces(const FaceMesh& mesh, const MeshPart& gums, c
 void appendSplitTeeth(FaceMesh& mesh, const MeshPart& part, const VertexEvidence& evidence,
                       std::vector<MeshPart>& parts) {
   const std::string name = lowerCase(part.name);
-  const bool says_upper = contains(name, "upper") || contains(name, "_up") || contains(name, "top");
-  const bool says_lower = contains(name, "lower") || contains(name, "_lo") || contains(name, "bottom");
-  const auto upper = says_upper || says_lower ? std::nullopt : upperTriangles(mesh, trianglesOf(mesh, part), evidence);
+  // As a word of its own: "_lo" also begins "_lod0".
+  const auto has_word = [&](std::string_view word) {
+    const std::size_t at = name.find(word);
+    return at != std::string::npos &&
+           (at + word.size() == name.size() || name[at + word.size()] < 'a' || name[at + word.size()] > 'z');
+  };
+  const bool says_upper = contains(name, "upper") || has_word("_up") || contains(name, "top");
+  const bool says_lower = contains(name, "lower") || has_word("_lo") || contains(name, "bottom");
+  const auto upper = says_upper != says_lower ? std::nullopt : upperTriangles(mesh, trianglesOf(mesh, part), evidence);
   if (!upper) {
     parts.push_back(part);
     parts.back().kind = says_lower ? PartKind::kLowerTeeth : PartKind::kUpperTeeth;

@@ -74,7 +74,7 @@ class ObjParser {
   FaceMesh parse() {
     std::size_t number = 0;
     std::string joined;
-    for (std::size_t begin = 0; begin < bytes_.size();) {
+    for (std::size_t begin = bytes_.starts_with("\xEF\xBB\xBF") ? 3 : 0; begin < bytes_.size();) {
       std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
       std::string_view text = bytes_.substr(begin, end - begin);
       std::size_t lines = 1;

@@ -257,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadMesh{"a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n",
                 "a.off: found no faces; expected a surface of triangles or polygons"},
         BadMesh{"a.off", "OFF\n3.5 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
-                "a.off: found 3.5 vertices and 1 faces in 36 bytes; expected counts that the file can hold"},
+                "a.off: found 3.5 vertices and 1 faces in 27 bytes; expected counts that the file can hold"},
         BadMesh{"a.off", "OFF\n1e12 1 0\n0 0 0\n",
                 "a.off: found 1000000000000 vertices and 1 faces in 7 bytes; expected counts that the file can hold"},
         BadMesh{

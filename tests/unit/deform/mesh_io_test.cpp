@@ -42,6 +42,12 @@ TEST(ObjReader, ReadsVerticesFacesAndParts) {
   EXPECT_TRUE(mesh.vertex_colors.empty());
 }
 
+TEST(ObjReader, PassesOverAByteOrderMark) {
+  const FaceMesh mesh = parseFaceMesh("\xEF\xBB\xBFv 7 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj");
+  ASSERT_EQ(mesh.vertices.rows(), 3);
+  EXPECT_EQ(mesh.vertices(0, 0), 7);
+}
+
 TEST(ObjReader, AVertexKeepsTheFirstTexturePlaceThatItIsGiven) {
   const FaceMesh mesh = parseObj(
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0.25 0.5\nvt 1 0\nvt 0 0.75\nvt 0.5\nf 1/1 2/2 3/3\nf 3/1 2/1 4\nf 1 2 "
