@@ -51,9 +51,12 @@ std::string tooth(int index, double x, double y) {
 }
 
 TEST(PartKinds, TeethAreSplitIntoTwoRowsByHeight) {
-  std::string text = "usemtl Teeth\n";
-  for (int i = 0; i < 8; ++i) text += tooth(i, 2.0 * (i / 2), i % 2 == 0 ? 5.0 + 0.3 * i : -5.0 - 0.3 * i);
-  const FaceMesh mesh = parseObj(text, "teeth.obj");
+  std::string teeth;
+  for (int i = 0; i < 8; ++i) teeth += tooth(i, 2.0 * (i / 2), i % 2 == 0 ? 5.0 + 0.3 * i : -5.0 - 0.3 * i);
+  // Neither the level of detail nor both rows' names say which of them it is.
+  for (const std::string name : {"teeth_lod0_mesh", "upper_and_lower_teeth"})
+    EXPECT_EQ(parseObj("usemtl " + name + "\n" + teeth, "teeth.obj").parts.size(), 2U) << name;
+  const FaceMesh mesh = parseObj("usemtl Teeth\n" + teeth, "teeth.obj");
   ASSERT_EQ(mesh.parts.size(), 2U);
   for (const MeshPart& part : mesh.parts) {
     EXPECT_EQ(part.triangle_count, 16U);
