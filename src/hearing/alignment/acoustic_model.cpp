@@ -136,6 +136,8 @@ void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   reader.skip(readCount(reader, 1U << 16U, "bytes of description"));
   const std::size_t names = readCount(reader, kMostCodebooks, "base phones");
   const std::size_t phones = readCount(reader, 1U << 24U, "phones");
+  if (phones < names)
+    reader.fail(fmt::format("found {} phones; expected the {} base phones among them", phones, names));
   const std::size_t states = readCount(reader, 16, "states a phone");
   reader.skip(4);  // senones of the base phones: they come first
   model.senone_count = readCount(reader, kMostSenones, "senones");

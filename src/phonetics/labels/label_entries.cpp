@@ -52,6 +52,13 @@ std::vector<SpelledPhone> requirePhones(std::string_view file, const LabelEntry&
   std::vector<std::string> unknown;
   std::vector<SpelledPhone> phones = phonesOfSymbol(entry.text, set, language, unknown);
   if (!phones.empty() && unknown.empty()) return phones;
+  // Labels that were made here name sounds of other languages by IPA beside ARPAbet, however few there are of either.
+  for (const PhoneSet other : {PhoneSet::kArpabet, PhoneSet::kIpa}) {
+    if (set == PhoneSet::kXSampa || set == other) continue;
+    unknown.clear();
+    phones = phonesOfSymbol(entry.text, other, language, unknown);
+    if (phones.size() == 1 && unknown.empty()) return phones;
+  }
   if (const auto stop = closedStop(entry.text)) return {{*stop, *stop, "", 0}};
   const char* hint = entry.text == kUnspelledWord ? " (the aligner's mark for a word that its dictionary lacks)" : "";
   throw InputError(file, entry.place,

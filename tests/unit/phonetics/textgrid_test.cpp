@@ -1,5 +1,6 @@
 #include "phonetics/labels/textgrid.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -93,6 +94,16 @@ TEST(TextGrid, FindsTheAlignersTiers) {
   }
   EXPECT_EQ(gridErrorOf(shortGrid("0.5 1 \"AH0\"\n", 1, "orthography")),
             "a.TextGrid: has tiers [orthography]; expected one named phones");
+}
+
+TEST(TextGrid, ReadsIpaBesideArpabetWhicheverIsMore) {
+  for (const std::string_view more : {"SH", "\u0268"}) {
+    const SpeechLabels labels =
+        parseTextGrid(shortGrid(fmt::format("0.5 1 \"SH\"\n1 1.5 \"\u0268\"\n1.5 2 \"{}\"", more), 3), "a.TextGrid");
+    ASSERT_EQ(labels.phones.size(), 5U) << more;
+    EXPECT_EQ(labels.phones[1].name(), "SH");
+    EXPECT_EQ(labels.phones[2].phone, Phone::kIH);
+  }
 }
 
 TEST(TextGrid, ForgivesRoundingOnly) {
