@@ -35,7 +35,11 @@ foreach(kind shared static)
 endforeach()
 set_target_properties(mouthpiece_shared PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION 0)
 # Templates of the standard library that a room instantiates are no part of the interface.
-target_link_options(mouthpiece_shared PRIVATE "LINKER:--exclude-libs,ALL" "LINKER:--no-undefined"
+# What a sanitizer's code calls, the program that opens the library brings: there something is left undefined.
+if(NOT CMAKE_CXX_FLAGS MATCHES -fsanitize)
+  target_link_options(mouthpiece_shared PRIVATE "LINKER:--no-undefined")
+endif()
+target_link_options(mouthpiece_shared PRIVATE "LINKER:--exclude-libs,ALL"
   "LINKER:--version-script=${CMAKE_SOURCE_DIR}/cmake/mouthpiece.map")
 set_property(TARGET mouthpiece_shared APPEND PROPERTY LINK_DEPENDS ${CMAKE_SOURCE_DIR}/cmake/mouthpiece.map)
 
