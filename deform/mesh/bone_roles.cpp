@@ -203,7 +203,8 @@ std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<
 
 bool isJawShape(std::string_view name) {
   const std::string text = plain(name);
-  if (hasOneOf<5>(text, {"jawopen", "mouthopen", "visemeaa", "mtha", "jawdrop"})) return true;
+  // "Fcl_MTH_A" ends so; "Fcl_MTH_Angry" goes on.
+  if (hasOneOf<4>(text, {"jawopen", "mouthopen", "visemeaa", "jawdrop"}) || text.ends_with("mtha")) return true;
   return text == "a" || text == "aa" || text == "ah" || text == "vaa" || name == "あ";
 }
 

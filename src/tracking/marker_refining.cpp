@@ -152,6 +152,7 @@ double closedness(double inner_gap_mm, const FilmedPerson& person) {
 
 struct Lips {
   std::optional<MarkerIndex> upper, lower, right, left;
+  std::vector<LipSide> sides;  ///< of each marker
 
   Lips(const MotionClip& clip, const MarkerLayout& layout) {
     const auto find = [&](MarkerRole role) -> std::optional<MarkerIndex> {
@@ -162,6 +163,10 @@ struct Lips {
     lower = find(MarkerRole::kLowerLip);
     right = find(MarkerRole::kRightLipCorner);
     left = find(MarkerRole::kLeftLipCorner);
+    sides.assign(clip.markerCount(), LipSide::kNone);
+    for (const LayoutMarker& marker : layout.markers) {
+      if (const auto index = clip.findMarker(marker.name)) sides[index->value] = marker.lip;
+    }
   }
   [[nodiscard]] bool areThere() const { return upper && lower && right && left; }
 };
@@ -176,7 +181,7 @@ void closeLips(MotionClip& clip, FrameIndex frame, const Lips& lips, double shar
   const Eigen::Vector3d up = (upper - lower) / gap, across = (left - right) / (2 * half_width);
   const double change = share * (closed_lips_mm - gap) / 2;
   for (std::size_t i = 0; i < clip.markerCount(); ++i) {
-    const LipSide side = lipSideOf(clip.marker_names[i]);
+    const LipSide side = lips.sides[i];
     if (side == LipSide::kNone || !clip.isSeen(frame, MarkerIndex(i))) continue;
     const double place = (clip.position(frame, MarkerIndex(i)) - (right + left) / 2).dot(across) / half_width;
     const double amount = change * std::max(0.0, 1 - place * place) * (side == LipSide::kUpper ? 1 : -1);

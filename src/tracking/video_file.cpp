@@ -220,6 +220,12 @@ Images readImages(const fs::path& ffmpeg, const std::vector<std::string>& argume
   return read;
 }
 
+/// What ffmpeg says where an MP4 or a Matroska file ends before its contents do. Of other containers it says nothing.
+bool breaksOff(std::string_view said) {
+  return said.find("partial file") != std::string_view::npos ||
+         said.find("File ended prematurely") != std::string_view::npos;
+}
+
 }  // namespace
 
 VideoSound readVideo(const fs::path& path, const VideoReading& options,
@@ -240,6 +246,8 @@ VideoSound readVideo(const fs::path& path, const VideoReading& options,
                      images.ffmpeg.output.find("matches no streams") != std::string::npos
                          ? "has no pictures; expected a video"
                          : fmt::format("shows no picture: {}", lastLine(images.ffmpeg.output)));
+  if (breaksOff(images.ffmpeg.output))
+    throw InputError(name, "", fmt::format("breaks off behind {} images; expected a whole file", images.count));
   VideoSound read;
   read.times = stampsIn(folder.path() / "stamps");
   if (read.times.size() < images.count)

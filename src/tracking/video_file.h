@@ -21,7 +21,7 @@ struct VideoSound {
 
 /// Reads a video through the program ffmpeg, upright and with square pixels; `see` gets one image after another. Only
 /// the file itself is opened, whatever it refers to. Of images of one time the first is shown. Throws InputError when
-/// there is no ffmpeg, no picture, or the file cannot be read, and what `see` throws.
+/// there is no ffmpeg, no picture, or the file cannot be read or (MP4, Matroska) is not whole, and what `see` throws.
 VideoSound readVideo(const std::filesystem::path& path, const VideoReading& options,
                      const std::function<void(const VideoImage&)>& see);
 

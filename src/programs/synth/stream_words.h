@@ -18,7 +18,7 @@ namespace mouthpiece {
 /// Words or sentences of an input that cannot be said, which a stream goes on without.
 class UnsaidWords {
  public:
-  /// Tells of one, unless `quiet`. `place`: its line.
+  /// Tells of one, unless `quiet`. `line`: where it stands in `file`, from 1.
   void add(const std::string& file, std::size_t line, const InputError& why, bool quiet);
   void said() { is_any_said_ = true; }
   [[nodiscard]] std::size_t count() const { return count_; }

@@ -440,8 +440,9 @@ TEST_P(MeshLaws, ShapesOfTheMouthAreToldHoweverTheirNamesAreSpelt) {
     EXPECT_EQ(isMouthShape(spelt(name)), is_mouth) << name;
     EXPECT_EQ(isJawShape(spelt(name)), name == "JawOpen") << name;
   }
-  for (const char* name : {"A", "aa", "viseme_aa", "mouthOpen", "V_AA", "あ"}) EXPECT_TRUE(isJawShape(name)) << name;
-  for (const char* name : {"I", "U", "viseme_PP", "MTH_Fun", "Smile", "oh"}) {
+  for (const char* name : {"A", "aa", "viseme_aa", "mouthOpen", "V_AA", "M_F00_000_00_Fcl_MTH_A", "あ"})
+    EXPECT_TRUE(isJawShape(name)) << name;
+  for (const char* name : {"I", "U", "viseme_PP", "MTH_Fun", "Fcl_MTH_Angry", "Smile", "oh"}) {
     EXPECT_TRUE(isMouthShape(name)) << name;
     EXPECT_FALSE(isJawShape(name)) << name;
   }

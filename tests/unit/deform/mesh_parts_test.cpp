@@ -23,6 +23,8 @@ TEST(PartKinds, AreToldByNames) {
   EXPECT_EQ(kindFromName("MouthSock"), PartKind::kMouthInside);
   EXPECT_EQ(kindFromName("M_Socket"), PartKind::kMouthInside);
   EXPECT_EQ(kindFromName("Socks"), PartKind::kOther) << "a figure's feet went with its jaw";
+  for (const char* worn : {"Glasses", "Eyeglasses", "EyeWear_01"})
+    EXPECT_EQ(kindFromName(worn), PartKind::kOther) << worn;
   EXPECT_EQ(kindFromName("long_hair"), PartKind::kHair);
   EXPECT_EQ(kindFromName("lambert1"), std::nullopt);
 }

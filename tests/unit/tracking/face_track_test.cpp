@@ -168,6 +168,22 @@ TEST(RefineMarkers, GivesClosedLipsOneDepthAndLeavesOpenOnesApart) {
   for (const double gap : after) EXPECT_NEAR(gap, person->closed_lips_mm, 0.1);
 }
 
+TEST(RefineMarkers, ClosesTheLipsOfALayoutWithNamesOfItsOwn) {
+  const FaceTrack track = trackOf(closings(), 0.05);
+  MarkerLayout own = defaultLayout();
+  for (const MarkerRole role :
+       {MarkerRole::kUpperLip, MarkerRole::kLowerLip, MarkerRole::kRightLipCorner, MarkerRole::kLeftLipCorner})
+    own.markers[own.findRole(role).value().value].role = role;
+  for (LayoutMarker& marker : own.markers) marker.name = "own_" + std::to_string(&marker - own.markers.data());
+  const auto refined = [&](const MarkerLayout& layout) {
+    const auto person = measurePerson(std::vector{track}, layout, 90);
+    return refineMarkers(track, markersOf(track, layout, person.value().eye_corners_mm, "clip"), layout, *person);
+  };
+  const Eigen::MatrixXd known = refined(defaultLayout()).positions_mm, named = refined(own).positions_mm;
+  ASSERT_EQ(known.size(), named.size());
+  EXPECT_LT((known - named).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 /// The jaw turns about the joints; landmarks on the face's outline slide while it does.
 TEST(RefineMarkers, LetsTheJawCarryItsMarkers) {
   constexpr std::array<Eigen::Index, 16> kChin{152, 199, 200, 175, 148, 377, 176, 400,

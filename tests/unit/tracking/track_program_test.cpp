@@ -245,6 +245,25 @@ TEST_F(TrackProgram, SaysWhyAClipIsLeftOut) {
   EXPECT_NE(heard.err.find("has no pictures; expected a video"), std::string::npos) << heard.err;
 }
 
+TEST_F(TrackProgram, MakesNoTakeOfHalfAFile) {
+  if (!fs::exists(kClips)) GTEST_SKIP() << "no clips in ../shared";
+  for (const std::string ending : {"mp4", "mkv"}) {
+    const fs::path whole = scratch.path() / ("whole." + ending),
+                   half = scratch.path() / ("half_" + ending + "." + ending);
+    const ChildResult made = runChild(
+        *findProgram("ffmpeg"),
+        {"-v", "error", "-i", fs::absolute(kClips / "lgas2n.mpg").string(), "-movflags", "faststart", whole.string()},
+        scratch.path(), 60);
+    ASSERT_EQ(made.exit_code, 0) << made.output;
+    const std::string bytes = readFile(whole, std::size_t{1} << 30U);
+    writeFileAtomically(half, bytes.substr(0, bytes.size() / 2));
+    const auto result = track({half.string(), "--out", (scratch.path() / "out").string()});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.err.find("breaks off behind"), std::string::npos) << result.err;
+    EXPECT_FALSE(fs::exists(scratch.path() / "out" / ("half_" + ending + ".c3d")));
+  }
+}
+
 TEST_F(TrackProgram, RefusesTwoClipsOfOneName) {
   for (const char* name : {"a.mp4", "a.mov"}) writeFileAtomically(scratch.path() / name, "x");
   const auto result = track({(scratch.path() / "a.mp4").string(), (scratch.path() / "a.mov").string(), "--out",
