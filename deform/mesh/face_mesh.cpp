@@ -1,6 +1,7 @@
 #include "deform/mesh/face_mesh.h"
 
 #include <fmt/format.h>
+#include <cmath>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -100,7 +101,7 @@ std::string objBytes(const FaceMesh& mesh) {
     fmt::format_to(out, "v {} {} {}", mesh.vertices(i, 0), mesh.vertices(i, 1), mesh.vertices(i, 2));
     if (colored) {
       const auto& color = mesh.vertex_colors[unsignedIndex(i)];
-      fmt::format_to(out, " {} {} {}", color[0], color[1], color[2]);
+      for (const float channel : color) fmt::format_to(out, " {:.5g}", srgbFromLinear(channel));
     }
     text.push_back('\n');
   }
@@ -117,6 +118,14 @@ std::string objBytes(const FaceMesh& mesh) {
     }
   }
   return text;
+}
+
+double linearFromSrgb(double share) {
+  return share <= 0.04045 ? share / 12.92 : std::pow((share + 0.055) / 1.055, 2.4);
+}
+
+double srgbFromLinear(double share) {
+  return share <= 0.0031308 ? 12.92 * share : 1.055 * std::pow(share, 1 / 2.4) - 0.055;
 }
 
 std::array<float, 4> meanColor(const FaceMesh& mesh, const MeshPart& part) {

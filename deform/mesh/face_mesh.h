@@ -50,6 +50,10 @@ struct GrownMesh {
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
+/// Of a share in [0, 1] of sRGB, as files keep colours, its linear one, and back (IEC 61966-2-1).
+double linearFromSrgb(double share);
+double srgbFromLinear(double share);
+
 /// Linear RGBA of a part, with its vertices' colours where they have some: what files tell that keep one colour a part.
 std::array<float, 4> meanColor(const FaceMesh& mesh, const MeshPart& part);
 
@@ -62,7 +66,7 @@ FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
-/// What writeObj writes; parseFaceMesh gives the same mesh back.
+/// What writeObj writes; parseFaceMesh gives the same mesh back, colours to five digits of their sRGB.
 std::string objBytes(const FaceMesh& mesh);
 
 }  // namespace mouthpiece

@@ -139,8 +139,9 @@ class ObjParser {
     if (colored_vertices_ + 1 != soup_.vertexCount()) return;
     std::array<float, 3> color{};
     for (std::size_t k = 0; k < 3; ++k) {
-      color[k] = line.number(rest[k], "a colour");
-      if (color[k] < 0.0F || color[k] > 1.0F) line.fail("found a colour outside 0 to 1");
+      const float srgb = line.number(rest[k], "a colour");
+      if (srgb < 0.0F || srgb > 1.0F) line.fail("found a colour outside 0 to 1");
+      color[k] = asFloat(linearFromSrgb(srgb));
     }
     soup_.vertex_colors.push_back(color);
     ++colored_vertices_;

@@ -111,12 +111,6 @@ struct Layout {
   bool has_colored_faces = false;  ///< numbers may follow the corners in a face's line
 };
 
-/// sRGB to linear, 0 to 255; reals need not be whole.
-float linearFromByte(double value) {
-  const auto s = static_cast<float>(value / 255);
-  return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
-}
-
 /// Throws InputError for counts that `body` bytes cannot hold.
 void checkCounts(const Layout& layout, std::size_t body, std::string_view file) {
   double bytes_per_vertex = 0;
@@ -153,6 +147,7 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
                     faces = unsignedIndex(wholePart(layout.faces));
   const bool is_colored = std::any_of(layout.of_vertex.begin(), layout.of_vertex.end(),
                                       [](const Property& p) { return p.role == Role::kRed; });
+  const auto linear = [](double byte) { return asFloat(linearFromSrgb(byte / 255)); };
   for (std::size_t v = 0; v < vertices; ++v) {
     std::array<double, 6> found{};
     for (const Property& property : layout.of_vertex) {
@@ -172,9 +167,8 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
     }
     if (!is_colored) continue;
     const bool is_color = std::all_of(found.begin() + 3, found.end(), [](double c) { return c >= 0 && c <= 255; });
-    soup.vertex_colors.push_back(
-        is_color ? std::array{linearFromByte(found[3]), linearFromByte(found[4]), linearFromByte(found[5])}
-                 : std::array{1.0F, 1.0F, 1.0F});
+    soup.vertex_colors.push_back(is_color ? std::array{linear(found[3]), linear(found[4]), linear(found[5])}
+                                          : std::array{1.0F, 1.0F, 1.0F});
   }
   std::vector<std::uint32_t> corners;
   for (std::size_t f = 0; f < faces; ++f) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {
@@ -14,10 +15,7 @@ using Eigen::Vector3d;
 
 /// sRGB bytes to linear.
 Color srgb(int red, int green, int blue) {
-  const auto linear = [](int byte) {
-    const double s = byte / 255.0;
-    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-  };
+  const auto linear = [](int byte) { return linearFromSrgb(byte / 255.0); };
   return {linear(red), linear(green), linear(blue)};
 }
 

