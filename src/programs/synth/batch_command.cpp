@@ -67,60 +67,6 @@ void addOptions(CLI::App& app, BatchOptions& options) {
   addSharedOptions(app, options);
 }
 
-/// Where a line's files go, relative to the folder: names with places for what differs.
-std::vector<std::string> patternsOf(const BatchOptions& options) {
-  std::vector<std::string> patterns = options.patterns;
-  for (const std::string& format : options.formats) {
-    std::string pattern = fmt::format("{{id}}.{}", trimmed(format));
-    if (std::find(patterns.begin(), patterns.end(), pattern) == patterns.end()) patterns.push_back(std::move(pattern));
-  }
-  if (patterns.empty()) {
-    for (const fs::path& file : usualFiles("{id}")) patterns.push_back(file.string());
-  }
-  for (const std::string& pattern : patterns) {
-    const fs::path path(pattern);
-    if (pattern.find("{id}") == std::string::npos)
-      throw InputError("-o", "", fmt::format("found '{}'; expected {{id}} in the name", printable(pattern)));
-    for (std::size_t at = pattern.find('{'); at != std::string::npos; at = pattern.find('{', at + 1)) {
-      const std::string_view place = std::string_view(pattern).substr(at, pattern.find('}', at) - at + 1);
-      if (place != "{id}" && place != "{language}" && place != "{speaker}")
-        throw InputError("-o", "",
-                         fmt::format("found '{}'; expected {{id}}, {{language}} or {{speaker}}", printable(place)));
-    }
-    if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
-      throw InputError("-o", "", fmt::format("found '{}'; expected a name inside of --out", printable(pattern)));
-    formatOf(path);
-  }
-  return patterns;
-}
-
-void replaceAll(std::string& text, std::string_view what, std::string_view by) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
-    text.replace(at, what.size(), by);
-}
-
-/// A name that any file system takes.
-std::string fileName(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos)
-      c = '_';
-  }
-  if (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.back() = '_';
-  return text.empty() || text.front() == '.' || text.front() == '-' || isDeviceName(text) ? "_" + text : text;
-}
-
-std::vector<std::string> filesOf(const BatchLine& line, const std::vector<std::string>& patterns) {
-  std::vector<std::string> files;
-  for (std::string name : patterns) {
-    const bool has_language = name.find("{language}") != std::string::npos;
-    replaceAll(name, "{id}", has_language ? line.id : line.key);
-    replaceAll(name, "{language}", fileName(line.language));
-    replaceAll(name, "{speaker}", fileName(line.speaker));
-    files.push_back(std::move(name));
-  }
-  return files;
-}
-
 LinePlayer playerOf(const std::string& key, const Performance& performance) {
   constexpr double kPlayerRateHz = 30;
   constexpr int kPlayerSoundHz = 16'000;
@@ -161,7 +107,7 @@ class BatchRun {
  public:
   explicit BatchRun(const BatchOptions& options)
       : options_(options),
-        patterns_(patternsOf(options)),
+        patterns_(filePatterns(options.formats, options.patterns)),
         shard_(parseShard(options.shard)),
         stem_(shard_.count == 1 ? "manifest" : fmt::format("manifest.{}-of-{}", shard_.index, shard_.count)) {
     usual_ = speakerOf(options);
@@ -233,7 +179,7 @@ class BatchRun {
     }
     files_.reserve(lines_.size());
     for (const BatchLine& line : lines_) {
-      files_.push_back(filesOf(line, patterns_));
+      files_.push_back(filesOfLine(line, patterns_));
       for (const std::string& name : files_.back()) {
         if (!names.insert(lowerCase(name)).second)
           throw InputError(
@@ -268,14 +214,23 @@ class BatchRun {
     return read;
   }
 
+  static bool isWrittenSong(const BatchLine& line) { return !line.line.song.empty(); }
+
+  /// Lines of one key are spoken alike.
+  std::string wantedKey(const BatchLine& line) const {
+    const std::string who = cast_.contains(line.speaker) ? line.speaker : "";
+    return who + "\n" + line.language + (isWrittenSong(line) ? "\nsung" : "");
+  }
+
   /// How a line is to be spoken; `voice` tells those alike.
   const Wanted& wantedFor(const BatchLine& line) {
-    const auto member = cast_.find(line.speaker);
-    const std::string who = member == cast_.end() ? "" : line.speaker;
-    const auto [found, is_new] = wanted_.try_emplace(who + "\n" + line.language);
+    const auto [found, is_new] = wanted_.try_emplace(wantedKey(line));
     if (is_new) {
       Wanted& wanted = found->second;
+      const auto member = cast_.find(line.speaker);
       wanted.options = member == cast_.end() ? usual_ : member->second;
+      if (isWrittenSong(line) && wanted.options.language == usual_.language && isUsersDefault("--language"))
+        wanted.options.language.clear();  // it is of spoken lines
       if (!line.language.empty()) wanted.options.language = line.language;
       if (const std::string note = line.line.audio.empty() ? givingWay(wanted.options) : ""; !note.empty())
         printNotice("note: " + note, options_.quiet);
@@ -397,8 +352,7 @@ class BatchRun {
     LineRecord record = records_[i];
     std::optional<LinePlayer> player;
     try {
-      const Wanted& wanted = wanted_.at((cast_.contains(lines_[i].speaker) ? lines_[i].speaker : std::string()) + "\n" +
-                                        lines_[i].language);
+      const Wanted& wanted = wanted_.at(wantedKey(lines_[i]));
       auto found = speakers.find(&wanted);
       if (found == speakers.end()) {
         std::optional<SharedFace> face;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -102,5 +103,12 @@ std::string settingsJson(const SpeakerOptions& options, SharedCast& cast);
 
 /// SHA-256 of a file; "" for no file. Throws InputError for one of over `most` bytes, and for a pipe or a device.
 std::string fileHash(const std::filesystem::path& file, std::uint64_t most = std::uint64_t{1} << 31);
+
+/// Where a line's files go, relative to the folder: names with {id}, {language} and {speaker} for what differs, those
+/// of `patterns` and {id}.FORMAT for each of `formats`; all usual files where there is neither. Throws InputError for a
+/// name without {id}, with another place, outside of the folder, or with an ending that is no format's.
+std::vector<std::string> filePatterns(std::span<const std::string> formats, std::vector<std::string> patterns);
+/// A line's own, in the patterns' order.
+std::vector<std::string> filesOfLine(const BatchLine& line, std::span<const std::string> patterns);
 
 }  // namespace mouthpiece

@@ -85,6 +85,14 @@ TEST_F(Config, LeavesHelpAlone) {
   }
 }
 
+TEST_F(Config, LanguageIsOfSpokenLinesAndNotOfSongs) {
+  const std::string song = MOUTHPIECE_SOURCE_DIR "/sample_data/songs/twinkle.json";
+  const std::string out = (folder_.path() / "out").string();
+  const auto made = with("[synth]\nlanguage = de\n",
+                         {"batch", list("id,song\na," + song + "\n"), "--out", out, "--format", "TextGrid"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+}
+
 TEST_F(Config, IsThereWhereItIsNamed) {
   const std::string lines = list("id,text\na,hello\n");
   const auto named = [&](const std::string& file) {
