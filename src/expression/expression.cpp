@@ -7,6 +7,8 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
+#include "base/unicode.h"
 #include "expression/beats.h"
 #include "expression/captured_upper_face.h"
 #include "expression/ruled_face.h"
@@ -56,6 +58,21 @@ PositionMatrix shapeDisplacements(const Eigen::Ref<const PositionMatrix>& weight
     }
   }
   return weights * moves;
+}
+
+bool isQuestion(std::string_view text) {
+  constexpr std::u32string_view kQuestionMarks = U"?\u037E\u061F\u203D\u2047\u2048\u2049\uFF1F";
+  bool asks = false;
+  for (std::size_t offset = 0; offset < text.size();) {
+    const auto c = decodeUtf8(text, offset);
+    if (!c) return false;
+    if (kQuestionMarks.find(*c) != std::u32string_view::npos) {
+      asks = true;
+    } else if (isWordSign(*c)) {
+      asks = false;
+    }
+  }
+  return asks;
 }
 
 LineExpression expressionOf(const SpeechLabels& labels, bool asks, std::span<const Seconds> times,

@@ -53,6 +53,9 @@ struct LineExpression {
   std::vector<std::string> warnings;
 };
 
+/// Whether `text` (UTF-8) ends as a question: a question mark of any script stands behind its last word.
+bool isQuestion(std::string_view text);
+
 /// What the upper face, the eyes and the head do in a line, at `times` (rising, evenly spaced). `asks`: its text is a
 /// question. Throws InputError when the upper face shall be captured and the corpus has none.
 LineExpression expressionOf(const SpeechLabels& labels, bool asks, std::span<const Seconds> times,

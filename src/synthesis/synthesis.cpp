@@ -118,9 +118,7 @@ void addDials(const SpeechDials& dials, std::vector<SettingUsed>& settings) {
 /// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
 void addExpression(const ExpressionOptions& options, const LineToRender& line, bool is_joined, std::string_view text,
                    UtteranceAnimation& made) {
-  const std::size_t last = text.find_last_not_of(" \t\r\n\"')");
-  const bool asks = last != std::string_view::npos && text[last] == '?';
-  LineExpression expression = expressionOf(line.labels, asks, line.times, line.database, options);
+  LineExpression expression = expressionOf(line.labels, isQuestion(text), line.times, line.database, options);
   made.gaze = std::move(expression.gaze);
   made.head = std::move(expression.head);
   made.warnings.insert(made.warnings.end(), expression.warnings.begin(), expression.warnings.end());

@@ -175,6 +175,14 @@ TEST(RuledUpperFace, ASeedIsAFaceAndAQuestionRaisesTheBrows) {
   EXPECT_EQ(asked.topRows(200), told.topRows(200)) << "what was said before is not changed by it";
 }
 
+TEST(RuledUpperFace, AQuestionEndsWithAMarkOfAnyScript) {
+  for (const char* text :
+       {"Is it?", "Is it?\" ", "Was?!", "¿Qué?»", "何ですか？」", "هل هذا؟", "Ti ine\u037E", "So. Is it? 🙂"})
+    EXPECT_TRUE(isQuestion(text)) << text;
+  for (const char* text : {"", "It is.", "Is it? It is.", "¿", "何です。", "\"Is it?\" he asked", "Is it?\xFF"})
+    EXPECT_FALSE(isQuestion(text)) << text;
+}
+
 TEST(RuledUpperFace, SaysWhereNothingCanMove) {
   Corpus corpus = samples::tinyCorpus();
   for (LayoutMarker& marker : corpus.layout.markers) marker.name = "my " + marker.name;
