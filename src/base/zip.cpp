@@ -13,7 +13,10 @@ constexpr std::size_t kVersion = 20, kFirstDay = 0x21;  // 1980-01-01: the same 
 
 constexpr std::size_t kDirectoryEnd = 22, kLongestComment = 65'535;
 
-/// What a file's own header and its entry in the directory have in common.
+constexpr std::size_t kFurtherField = 4;  ///< of one without what it holds
+constexpr std::size_t kPadding = 0x1986;  // the number of USD's own further field
+
+/// What a file's own header and its entry in the directory have in common, up to the length of further fields.
 std::string commonFields(std::string_view name, std::string_view bytes) {
   ByteWriter fields;
   fields.writeU16(kVersion);
@@ -25,18 +28,18 @@ std::string commonFields(std::string_view name, std::string_view bytes) {
   fields.writeU32(bytes.size());
   fields.writeU32(bytes.size());
   fields.writeU16(name.size());
-  fields.writeU16(0);  // no further fields
   return fields.takeBytes();
 }
 
 }  // namespace
 
-void ZipWriter::add(std::string_view name, std::string_view bytes) {
+void ZipWriter::add(std::string_view name, std::string_view bytes, std::size_t alignment) {
   MOUTHPIECE_EXPECT(size() + bytes.size() < 0xFFFF0000U && count_ < 0xFFFF);
   const std::string fields = commonFields(name, bytes);
   directory_.writeBytes("PK\x01\x02");
   directory_.writeU16(kVersion);
   directory_.writeBytes(fields);
+  directory_.writeU16(0);  // no further fields
   directory_.writeU16(0);  // no comment
   directory_.writeU16(0);  // disk
   directory_.writeU16(0);
@@ -45,7 +48,15 @@ void ZipWriter::add(std::string_view name, std::string_view bytes) {
   directory_.writeBytes(name);
   archive_.writeBytes("PK\x03\x04");
   archive_.writeBytes(fields);
+  std::size_t padding = (alignment - (archive_.size() + 2 + name.size()) % alignment) % alignment;
+  if (padding > 0 && padding < kFurtherField) padding += alignment;
+  archive_.writeU16(padding);
   archive_.writeBytes(name);
+  if (padding > 0) {
+    archive_.writeU16(kPadding);
+    archive_.writeU16(padding - kFurtherField);
+    archive_.padTo(archive_.size() + padding - kFurtherField);
+  }
   archive_.writeBytes(bytes);
   ++count_;
 }

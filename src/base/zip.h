@@ -10,8 +10,8 @@ namespace mouthpiece {
 /// Puts files one after another into an archive, as they are: for what is compressed already.
 class ZipWriter {
  public:
-  /// `name`: without folders, ASCII. Files of under 4 GiB each.
-  void add(std::string_view name, std::string_view bytes);
+  /// `name`: without folders, ASCII. Files of under 4 GiB each. `alignment`: its bytes begin at a multiple of it.
+  void add(std::string_view name, std::string_view bytes, std::size_t alignment = 1);
   /// The archive so far has so many bytes; zip64 is not written, so all of it must stay under 4 GiB.
   [[nodiscard]] std::size_t size() const { return archive_.size() + directory_.size(); }
   [[nodiscard]] std::string finish() &&;

@@ -99,11 +99,12 @@ void writeVisemesAs(const fs::path& path, const Source& source) {
   writeFileAtomically(path, kWrite(visemesOf(source)));
 }
 
-template <std::string (*kWrite)(const FaceMesh&, const PrincipalShapes&, std::string_view,
+template <std::string (*kWrite)(const FaceMesh&, const PrincipalShapes&, std::string_view, const SceneTextures&,
                                 std::span<const std::string>)>
 void writeScene(const fs::path& path, const Source& source) {
-  const FaceRig& rig = source.needFace().rig();
-  writeFileAtomically(path, kWrite(rig.mesh(), source.wholeShapes(), rig.name(), {}));
+  const SharedFace::Data& face = source.needFace();
+  const FaceRig& rig = face.rig();
+  writeFileAtomically(path, kWrite(rig.mesh(), source.wholeShapes(), rig.name(), sceneTexturesOf(face.meshPath()), {}));
 }
 
 /// A lexicon of the words that were guessed, to be mended by hand.
@@ -221,7 +222,12 @@ constexpr std::array kRows = {
     Row{{".glb", "face.glb", "the moving face, glTF 2.0", true, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.glb()); }},
     Row{{".fbx", "face.fbx", "the same as FBX 7.4, binary", true}, writeScene<fbxBytes>},
-    Row{{".usda", "face.usda", "the same as USD", true}, writeScene<usdaText>},
+    Row{{".usda", "face.usda", "the same as USD, in its parts' colours", true},
+        [](const fs::path& path, const Source& source) {
+          const FaceRig& rig = source.needFace().rig();
+          writeFileAtomically(path, usdaText(rig.mesh(), source.wholeShapes(), rig.name()));
+        }},
+    Row{{".usdz", "face.usdz", "the same as USD with its pictures", true}, writeScene<usdzBytes>},
     Row{{".mp4", "face.mp4", "a film of it with its sound, for any player", true}, writeFilmOf},
     Row{{".webm", "face.webm", "the same for the web", true}, writeFilmOf},
     Row{{".gif", "face.gif", "the same without sound, small", true}, writeFilmOf},

@@ -13,13 +13,16 @@ export function skip(reason) {
   process.exit(SKIPPED);
 }
 
-export function requireFromViewer(name) {
+/// A file or module of the viewer's.
+export function pathFromViewer(path) {
   const modules = process.env.MOUTHPIECE_NODE_MODULES;
-  if (!modules || !existsSync(join(modules, name))) {
-    skip(`the Node module ${name} is not installed (MOUTHPIECE_NODE_MODULES=${modules ?? ''}); build the target viewer_page first`);
+  if (!modules || !existsSync(join(modules, path))) {
+    skip(`the Node module ${path} is not installed (MOUTHPIECE_NODE_MODULES=${modules ?? ''}); build the target viewer_page first`);
   }
-  return createRequire(join(modules, 'anchor.js'))(name);
+  return join(modules, path);
 }
+
+export const requireFromViewer = (name) => createRequire(join(dirname(pathFromViewer(name)), 'anchor.js'))(name);
 
 /// Chromium through playwright-core, as every test here wants it.
 export function launchBrowser(more = []) {

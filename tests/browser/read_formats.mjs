@@ -1,18 +1,13 @@
 // What other programs' readers find in our files: node read_formats.mjs FOLDER (a line as line.vrma, line.usda, line.a2f.json).
-import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { dirname, join } from 'node:path';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { requireFromViewer, skip } from './environment.mjs';
+import { pathFromViewer, requireFromViewer, skip } from './environment.mjs';
+import { startTinyUsdz } from './tinyusdz.mjs';
 
 const folder = process.argv[2];
 if (!folder || !existsSync(join(folder, 'line.vrma'))) skip(`no line in ${folder}`);
 const bytesOf = (name) => readFileSync(join(folder, name));
-const modules = process.env.MOUTHPIECE_NODE_MODULES;
-const pathFromViewer = (path) => {
-  if (!existsSync(join(modules ?? '', path))) skip(`the Node module ${path} is not installed; build the target viewer_page`);
-  return join(modules, path);
-};
 const importFromViewer = (path) => import(pathToFileURL(pathFromViewer(path)).href);
 const expect = (holds, what) => {
   if (!holds) throw new Error(what);
@@ -41,16 +36,7 @@ expect(Math.max(...tracks.get('aa').values) > 0.9, 'the vowel of "hot" is not sa
 console.log(`vrma: ${tracks.size} expressions, ${animation.duration.toFixed(2)} s`);
 
 // USD: TinyUSDZ, another implementation than Pixar's, which Debian has no package of.
-Object.defineProperty(process, 'type', { value: 'renderer' });  // it takes Node for an unknown place
-globalThis.window = globalThis;
-globalThis.document = { currentScript: null };
-globalThis.location = { href: 'file:///' };
-// A module by what it holds, not by its package.json: before Node 20.19 only its name can say so.
-const usdModule = join(mkdtempSync(join(tmpdir(), 'read_formats-')), 'tinyusdz.mjs');
-copyFileSync(pathFromViewer('tinyusdz/tinyusdz.js'), usdModule);
-const start = (await import(pathToFileURL(usdModule).href)).default;
-rmSync(dirname(usdModule), { recursive: true });
-const usd = await start({ wasmBinary: readFileSync(join(modules, 'tinyusdz/tinyusdz.wasm')) });
+const usd = await startTinyUsdz();
 const native = new usd.TinyUSDZLoaderNative();
 expect(native.loadFromBinary(new Uint8Array(bytesOf('line.usda')), 'line.usda'), `TinyUSDZ: ${native.error()}`);
 expect(native.numMeshes() === 1, `${native.numMeshes()} meshes`);

@@ -1,5 +1,6 @@
 // A GLB of any bytes, behind a byte that is not looked at (glb_mutator.cpp), with a part more, and with its lips cut
-// along a line through its middle: a GLB that can be read and has more than the given one, or an InputError.
+// along a line through its middle: a GLB that can be read and has more than the given one, or an InputError. And its
+// pictures for other files.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include "deform/mesh/glb_growth.h"
 #include "deform/mesh/mesh_reader.h"
 #include "deform/topology/lip_cut.h"
+#include "exports/scenes/scene_textures.h"
 
 namespace {
 
@@ -62,12 +64,24 @@ void expectMore(std::string_view bytes, const FaceMesh& given, const GrownMesh& 
   if (read.vertexCount() <= given.vertexCount() || read.triangles.size() <= given.triangles.size()) std::abort();
 }
 
+/// Each material shows pictures that there are.
+void expectPictures(std::string_view bytes) {
+  const SceneTextures textures = sceneTextures(bytes, "fuzz.glb");
+  for (const SceneTextures::Material& material : textures.materials) {
+    for (const auto& shown : {material.color, material.normal}) {
+      if (shown && (shown->picture >= textures.pictures.size() || textures.pictures[shown->picture].bytes.empty()))
+        std::abort();
+    }
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
+    expectPictures(bytes);
     const FaceMesh given = parseGlb(bytes, "fuzz.glb");
     if (given.vertexCount() == 0) return 0;
     expectMore(bytes, given, withTooth(given));

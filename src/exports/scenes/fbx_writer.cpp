@@ -16,8 +16,9 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kTicksPerSecond = 46'186'158'000.0;
+constexpr std::string_view kUvMap = "UVMap";
 constexpr std::int64_t kGeometry = 1000, kModel = 1001, kBlendShape = 1002, kStack = 1003, kLayer = 1004;
-constexpr std::int64_t kFirstMaterial = 10'000, kFirstShape = 100'000;
+constexpr std::int64_t kFirstMaterial = 10'000, kFirstVideo = 20'000, kFirstTexture = 30'000, kFirstShape = 100'000;
 /// Numbers of what belongs to one shape, from kFirstShape on.
 constexpr std::int64_t kIdsPerShape = 4;
 enum ShapeId : std::int64_t { kChannel, kShapeGeometry, kCurveNode, kCurve };
@@ -28,10 +29,11 @@ std::int64_t idOf(std::size_t shape, ShapeId what) {
 
 class FbxScene {
  public:
-  FbxScene(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+  FbxScene(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name, const SceneTextures& textures,
            std::span<const std::string> shape_names)
       : mesh_(mesh),
         shapes_(shapes),
+        textures_(textures),
         normals_(shapeNormals(mesh.triangles, shapes)),
         name_(name),
         cm_per_unit_(100 * mesh.metres_per_unit) {
@@ -44,10 +46,11 @@ class FbxScene {
 
   std::string toBytes() && {
     addHeader();
-    addDefinitions();
     FbxNode objects("Objects"), connections("Connections");
     addGeometry(objects);
+    addPictures(objects);
     addMaterials(objects, connections);
+    addDefinitions();
     const auto connect = [&](std::int64_t from, std::int64_t to) {
       connections.child("C").add("OO").add(from).add(to);
     };
@@ -115,6 +118,8 @@ class FbxScene {
         {"Geometry", 1 + shapes},
         {"Model", 1},
         {"Material", static_cast<std::int32_t>(materials_.size())},
+        {"Video", static_cast<std::int32_t>(textures_.pictures.size())},
+        {"Texture", texture_count_},
         {"Deformer", 1 + shapes},
         {"AnimationStack", moves ? 1 : 0},
         {"AnimationLayer", moves ? 1 : 0},
@@ -189,7 +194,7 @@ class FbxScene {
   }
 
   void addTextureCoordinates(FbxNode& geometry, const std::vector<std::int32_t>& corners) const {
-    FbxNode& layer = addLayerElement(geometry, "LayerElementUV", 101, "UVMap", "ByPolygonVertex", "IndexToDirect");
+    FbxNode& layer = addLayerElement(geometry, "LayerElementUV", 101, kUvMap, "ByPolygonVertex", "IndexToDirect");
     std::vector<double> places;
     for (const auto& [u, v] : mesh_.texture_coordinates) {
       places.push_back(static_cast<double>(u));
@@ -201,18 +206,70 @@ class FbxScene {
     layer.child("UVIndex", indices);
   }
 
-  void addMaterials(FbxNode& objects, FbxNode& connections) const {
+  void addPictures(FbxNode& objects) const {
+    for (std::size_t i = 0; i < textures_.pictures.size(); ++i) {
+      const ScenePicture& picture = textures_.pictures[i];
+      FbxNode& video = objects.child("Video");
+      video.add(kFirstVideo + static_cast<std::int64_t>(i)).add(fbxName(picture.name, "Video")).add("Clip");
+      video.child("Type", std::string_view("Clip"));
+      video.child("Properties70").property("Path", "KString", "XRefUrl", "").add(picture.name);
+      video.child("UseMipMap", std::int32_t{0});
+      video.child("Filename", std::string_view(picture.name));
+      video.child("RelativeFilename", std::string_view(picture.name));
+      video.child("Content").addBytes(picture.bytes);
+    }
+  }
+
+  void addMaterials(FbxNode& objects, FbxNode& connections) {
     for (std::size_t m = 0; m < materials_.size(); ++m) {
       const std::int64_t id = kFirstMaterial + static_cast<std::int64_t>(m);
+      const SceneTextures::Material shown = textures_.of(materials_[m]->material);
       FbxNode& material = objects.child("Material");
       material.add(id).add(fbxName(materials_[m]->name, "Material")).add("");
       material.child("Version", std::int32_t{102});
       material.child("ShadingModel", std::string_view("phong"));
       FbxNode& colour = material.child("Properties70").property("DiffuseColor", "Color", "", "A");
-      const std::array<float, 4> mean = meanColor(mesh_, *materials_[m]);
+      const std::array<float, 4> mean = shown.color ? materials_[m]->base_color : meanColor(mesh_, *materials_[m]);
       for (std::size_t c = 0; c < 3; ++c) colour.add(static_cast<double>(mean[c]));
       connections.child("C").add("OO").add(id).add(kModel);
+      if (shown.color) {
+        const bool is_seen_through = shown.alpha != SceneTextures::Material::Alpha::kOpaque;
+        const std::int64_t texture = addTexture(objects, connections, *shown.color, is_seen_through);
+        connections.child("C").add("OP").add(texture).add(id).add("DiffuseColor");
+        if (is_seen_through) connections.child("C").add("OP").add(texture).add(id).add("TransparentColor");
+      }
+      if (shown.normal)
+        connections.child("C")
+            .add("OP")
+            .add(addTexture(objects, connections, *shown.normal, false))
+            .add(id)
+            .add("NormalMap");
     }
+  }
+
+  /// Gives its number.
+  std::int64_t addTexture(FbxNode& objects, FbxNode& connections, const SceneTexture& shown, bool is_seen_through) {
+    const std::int64_t id = kFirstTexture + texture_count_++;
+    const std::string& name = textures_.pictures[shown.picture].name;
+    FbxNode& texture = objects.child("Texture");
+    texture.add(id).add(fbxName(name, "Texture")).add("");
+    texture.child("Type", std::string_view("TextureVideoClip"));
+    texture.child("Version", std::int32_t{202});
+    texture.child("TextureName", std::string_view(fbxName(name, "Texture")));
+    FbxNode& list = texture.child("Properties70");
+    list.property("UVSet", "KString", "", "").add(kUvMap);
+    list.property("UseMaterial", "bool", "", "").add(std::int32_t{1});
+    const auto wrap = [&](std::string_view key, SceneTexture::Wrap how) {
+      list.property(key, "enum", "", "").add(std::int32_t{how == SceneTexture::Wrap::kClamp ? 1 : 0});
+    };
+    wrap("WrapModeU", shown.u);
+    wrap("WrapModeV", shown.v);
+    texture.child("Media", std::string_view(fbxName(name, "Video")));
+    texture.child("FileName", std::string_view(name));
+    texture.child("RelativeFilename", std::string_view(name));
+    texture.child("Texture_Alpha_Source", std::string_view(is_seen_through ? "Alpha_Black" : "None"));
+    connections.child("C").add("OO").add(kFirstVideo + static_cast<std::int64_t>(shown.picture)).add(id);
+    return id;
   }
 
   void addShape(FbxNode& objects, std::size_t k) const {
@@ -267,6 +324,8 @@ class FbxScene {
 
   const FaceMesh& mesh_;
   const PrincipalShapes& shapes_;
+  const SceneTextures& textures_;
+  std::int32_t texture_count_ = 0;
   const ShapeNormals normals_;
   std::string name_;
   double cm_per_unit_;
@@ -278,8 +337,8 @@ class FbxScene {
 }  // namespace
 
 std::string fbxBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names) {
-  return FbxScene(mesh, shapes, name, shape_names).toBytes();
+                     const SceneTextures& textures, std::span<const std::string> shape_names) {
+  return FbxScene(mesh, shapes, name, textures, shape_names).toBytes();
 }
 
 }  // namespace mouthpiece

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "base/index.h"
+#include "base/zip.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/scenes/scene_files.h"
 #include "exports/scenes/scene_shape.h"
@@ -58,10 +59,93 @@ std::string blendShape(const PrincipalShapes& shapes, const ShapeNormals& normal
       name, listed(offsets), listed(turns), listed(shape.vertices));
 }
 
-}  // namespace
+std::string_view wrapName(SceneTexture::Wrap wrap) {
+  switch (wrap) {
+    case SceneTexture::Wrap::kClamp:
+      return "clamp";
+    case SceneTexture::Wrap::kMirror:
+      return "mirror";
+    default:
+      return "repeat";
+  }
+}
 
-std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names) {
+/// A shader `name` of the material `path` that reads a picture; `inputs`: how its numbers are taken.
+std::string textureShader(std::string_view name, std::string_view path, const SceneTexture& shown,
+                          const SceneTextures& textures, std::string_view inputs) {
+  return fmt::format(
+      R"(
+            def Shader "{0}"
+            {{
+                uniform token info:id = "UsdUVTexture"
+                asset inputs:file = @{1}@
+                float2 inputs:st.connect = </{2}/st.outputs:result>
+                token inputs:wrapS = "{3}"
+                token inputs:wrapT = "{4}"
+{5}
+                float3 outputs:rgb
+                float outputs:a
+            }}
+)",
+      name, textures.pictures[shown.picture].name, path, wrapName(shown.u), wrapName(shown.v), inputs);
+}
+
+/// The material of a part, at `path`.
+std::string materialOf(const FaceMesh& mesh, const MeshPart& part, const std::string& path,
+                       const SceneTextures& textures) {
+  using Alpha = SceneTextures::Material::Alpha;
+  const SceneTextures::Material shown = textures.of(part.material);
+  std::string surface, shaders;
+  if (shown.color) {
+    surface += fmt::format("                color3f inputs:diffuseColor.connect = </{}/color.outputs:rgb>\n", path);
+    if (shown.alpha != Alpha::kOpaque)
+      surface += fmt::format("                float inputs:opacity.connect = </{}/color.outputs:a>\n", path);
+    if (shown.alpha == Alpha::kCutOut)
+      surface += fmt::format("                float inputs:opacityThreshold = {:.4g}\n", shown.cut_off);
+    shaders += textureShader("color", path, *shown.color, textures,
+                             fmt::format("                token inputs:sourceColorSpace = \"sRGB\"\n                "
+                                         "float4 inputs:scale = ({:.4g})",
+                                         fmt::join(part.base_color, ", ")));
+  } else {
+    const std::array<float, 4> color = meanColor(mesh, part);
+    surface += fmt::format("                color3f inputs:diffuseColor = ({:.4g}, {:.4g}, {:.4g})\n", color[0],
+                           color[1], color[2]);
+  }
+  if (shown.normal) {
+    surface += fmt::format("                normal3f inputs:normal.connect = </{}/normal.outputs:rgb>\n", path);
+    shaders += textureShader("normal", path, *shown.normal, textures,
+                             "                token inputs:sourceColorSpace = \"raw\"\n                float4 "
+                             "inputs:scale = (2, 2, 2, 1)\n                float4 inputs:bias = (-1, -1, -1, 0)");
+  }
+  if (!shaders.empty())
+    shaders += R"(
+            def Shader "st"
+            {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname = "st"
+                float2 outputs:result
+            }
+)";
+  return fmt::format(
+      R"(        def Material "{0}" (
+            displayName = {1}
+        )
+        {{
+            token outputs:surface.connect = </{2}/surface.outputs:surface>
+
+            def Shader "surface"
+            {{
+                uniform token info:id = "UsdPreviewSurface"
+{3}                float inputs:roughness = {4:.4g}
+                token outputs:surface
+            }}
+{5}        }}
+)",
+      path.substr(path.rfind('/') + 1), usdString(part.name), path, surface, part.roughness, shaders);
+}
+
+std::string usdText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                    const SceneTextures& textures, std::span<const std::string> shape_names) {
   const std::string head = primName(name);
   std::vector<std::string> names, tokens, targets;
   for (std::size_t k = 0; k < unsignedIndex(shapes.shapeCount()); ++k) {
@@ -137,19 +221,26 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   number = 0;
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
-    const std::array<float, 4> color = meanColor(mesh, part);
-    usd += fmt::format(
-        "        def Material \"part_{0}\" (\n            displayName = {1}\n        )\n        {{\n            "
-        "token "
-        "outputs:surface.connect = </{2}/Materials/part_{0}/surface.outputs:surface>\n\n            def Shader "
-        "\"surface\"\n            {{\n                uniform token info:id = \"UsdPreviewSurface\"\n                "
-        "color3f "
-        "inputs:diffuseColor = ({3:.4g}, {4:.4g}, {5:.4g})\n                float inputs:roughness = {6:.4g}\n         "
-        "     "
-        "  token outputs:surface\n            }}\n        }}\n",
-        number++, usdString(part.name), head, color[0], color[1], color[2], part.roughness);
+    usd += materialOf(mesh, part, fmt::format("{}/Materials/part_{}", head, number), textures);
+    ++number;
   }
   return usd + "    }\n}\n";
+}
+
+}  // namespace
+
+std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                     std::span<const std::string> shape_names) {
+  return usdText(mesh, shapes, name, {}, shape_names);
+}
+
+std::string usdzBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                      const SceneTextures& textures, std::span<const std::string> shape_names) {
+  constexpr std::size_t kAlignment = 64;  // a reader maps the file
+  ZipWriter archive;
+  archive.add("face.usda", usdText(mesh, shapes, name, textures, shape_names), kAlignment);
+  for (const ScenePicture& picture : textures.pictures) archive.add(picture.name, picture.bytes, kAlignment);
+  return std::move(archive).finish();
 }
 
 }  // namespace mouthpiece

@@ -43,8 +43,9 @@ void addOptions(CLI::App& command, ShapesArguments& options) {
       ->check(CLI::IsMember({"arkit", "oculus", "vrm"}))
       ->capture_default_str();
   command
-      .add_option("-o,--out", options.out,
-                  ".glb (a head that came as GLB keeps all it has), .fbx, .usda, or a folder for one OBJ a shape")
+      .add_option(
+          "-o,--out", options.out,
+          ".glb (a head that came as GLB keeps all it has), .fbx, .usda, .usdz, or a folder for one OBJ a shape")
       ->required();
   command.add_option("--corpus", options.corpus, "Corpus whose captured poses are used (default: the sample corpus)");
   addJsonFlag(command, options.json);
@@ -174,7 +175,11 @@ void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFac
                           face.file.mesh_object, nullptr, set.names);
     writeFileAtomically(given.out, glb ? *glb : glbBytes(mesh, shapes, face.rig().name(), set.names));
   } else if (ending == ".fbx") {
-    writeFileAtomically(given.out, fbxBytes(mesh, shapes, face.rig().name(), set.names));
+    writeFileAtomically(given.out,
+                        fbxBytes(mesh, shapes, face.rig().name(), sceneTexturesOf(face.meshPath()), set.names));
+  } else if (ending == ".usdz") {
+    writeFileAtomically(given.out,
+                        usdzBytes(mesh, shapes, face.rig().name(), sceneTexturesOf(face.meshPath()), set.names));
   } else if (ending == ".usda") {
     writeFileAtomically(given.out, usdaText(mesh, shapes, face.rig().name(), set.names));
   } else {
@@ -225,8 +230,8 @@ bool mend(const ShapeSet& set, const SetFacts& facts, std::map<std::string, Shap
 
 int runShapes(const ShapesArguments& given) {
   const std::string ending = given.out.extension().string();
-  if (!ending.empty() && ending != ".glb" && ending != ".fbx" && ending != ".usda")
-    throw InputError(given.out.string(), "", "found an unknown ending; expected .glb .fbx .usda or a folder");
+  if (!ending.empty() && ending != ".glb" && ending != ".fbx" && ending != ".usda" && ending != ".usdz")
+    throw InputError(given.out.string(), "", "found an unknown ending; expected .glb .fbx .usda .usdz or a folder");
   const SharedFace face(given.face);
   if (isSameFile(given.out, face.data().meshPath()))
     throw InputError(given.out.string(), "--out", "is the head that the face was fitted to; expected another name");

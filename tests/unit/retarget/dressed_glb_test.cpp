@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/files.h"
+#include "base/zip.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/topology/welding.h"
 #include "exports/gltf/glb.h"
@@ -170,12 +171,16 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
                           corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"});
   ASSERT_TRUE(fs::exists(face));
   run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", talking.string(), "--quiet"});
-  run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", (folder / "frames.pc2").string(),
-       "--quiet"});
+  for (const char* other : {"frames.pc2", "talk.fbx", "talk.usdz"})
+    run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", (folder / other).string(), "--quiet"});
 
   const std::string given_bytes = readFile(given), talking_bytes = readFile(talking);
   const GlbFile before(given_bytes), after(talking_bytes);
   expectDressed(after, before);
+
+  const std::string_view picture(reinterpret_cast<const char*>(kPng.data()), kPng.size());
+  EXPECT_NE(readFile(folder / "talk.fbx").find(picture), std::string::npos);
+  EXPECT_EQ(unzipped(readFile(folder / "talk.usdz"), "texture_0.png", "talk.usdz"), picture);
 
   // The animation is the point cache's motion.
   ASSERT_EQ(after.root["animations"].size(), 1U);
