@@ -34,6 +34,7 @@ struct GuessedWord {
 /// of threads may read it. What takes long (the face) is made when it is first asked for.
 class MOUTHPIECE_API Performance {
  public:
+  /// What is said, as it was given or, of a recording alone, heard.
   [[nodiscard]] const std::string& text() const;
   [[nodiscard]] const std::string& voice() const;  ///< that really spoke: "festival:...", "recorded:line.wav"
   [[nodiscard]] double frameRateHz() const;

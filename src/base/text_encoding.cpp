@@ -156,6 +156,18 @@ std::string decodeText(std::string_view bytes, std::string_view file) {
   return out;
 }
 
+std::vector<std::string> blankSeparated(std::string_view text) {
+  std::vector<std::string> parts;
+  bool goes_on = false;
+  for (const char c : text) {
+    const bool is_blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7F;
+    if (!is_blank && !goes_on) parts.emplace_back();
+    if (!is_blank) parts.back().push_back(c);
+    goes_on = !is_blank;
+  }
+  return parts;
+}
+
 std::string lowerCase(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(),

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace mouthpiece {
 
@@ -22,6 +23,9 @@ std::string decodeText(std::string_view bytes, std::string_view file);
 std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset);
 
 void appendUtf8(std::string& out, char32_t code_point);
+
+/// What stands between blanks and control characters (ASCII's).
+std::vector<std::string> blankSeparated(std::string_view text);
 
 /// A to Z become a to z; everything else stays.
 std::string lowerCase(std::string_view text);

@@ -68,6 +68,17 @@ std::string toPinyin(std::string_view text) {
   return out;
 }
 
+std::string bareLetters(std::string_view text) {
+  std::string folded, bare;
+  unicodeOf(toNfd(text)).foldCase().toUTF8String(folded);
+  for (std::size_t at = 0; at < folded.size();) {
+    const auto c = decodeUtf8(folded, at);
+    if (!c) break;
+    if (isWordSign(*c) && !isJoiningMark(*c)) appendUtf8(bare, *c);
+  }
+  return bare;
+}
+
 std::string slugOf(std::string_view text, std::size_t longest) {
   std::string slug;
   const std::string apart = lowerCase(toNfd(text));

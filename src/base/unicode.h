@@ -16,6 +16,9 @@ bool isWordSign(char32_t code_point);
 /// A mark that joins the letter before it: an accent, a vowel sign, points.
 bool isJoiningMark(char32_t code_point);
 
+/// The letters and digits of a text alone, their case and marks taken off: "Élan's" is "elans". Empty: it has none.
+std::string bareLetters(std::string_view text);
+
 /// Text as a file's name: its ASCII letters (in small, without their accents) and digits, a hyphen for all that stands
 /// between, at most `longest` characters. Empty when it has none of them.
 std::string slugOf(std::string_view text, std::size_t longest);

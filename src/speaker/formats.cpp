@@ -206,9 +206,13 @@ constexpr std::array kRows = {
     Row{{"lexicon.txt", "lexicon.txt", "the words that no dictionary has, as they were said, to be mended"},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, lexiconStub(source)); }},
     Row{{".srt", "speech.srt", "the words as subtitles"},
-        [](const fs::path& path, const Source& source) { writeFileAtomically(path, srtText(needLabels(source))); }},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, srtText(needLabels(source), source.animation.text));
+        }},
     Row{{".vtt", "speech.vtt", "the same as WebVTT"},
-        [](const fs::path& path, const Source& source) { writeFileAtomically(path, vttText(needLabels(source))); }},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, vttText(needLabels(source), source.animation.text));
+        }},
     Row{{".trc", "motion.trc", "marker motion as Cortex and OpenSim have it"},
         [](const fs::path& path, const Source& source) { writeTrc(path, source.motionInPieces()); }},
     Row{{".csv", "motion.csv", "marker motion, a row a frame", false, true},

@@ -1,10 +1,12 @@
 #include "speaker/line_sounds.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <set>
 
 #include "base/memory.h"
+#include "base/text_encoding.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/samples_to_hear.h"
@@ -218,7 +220,9 @@ LineSound LineSounds::speak(const std::string& text) {
                        VoiceOptions{line_lexicon_ ? &*line_lexicon_ : nullptr, &corpus_.data().units,
                                     synthesis_.selection, options_.rate});
   }
-  return {{voice_->speak(text), {}, {}}};
+  LineSound made{{voice_->speak(text), {}, {}}};
+  made.line.text = fmt::format("{}", fmt::join(blankSeparated(text), " "));  // as it is written, not as it is said
+  return made;
 }
 
 LineSound LineSounds::speakOrRead(const Line& source) {

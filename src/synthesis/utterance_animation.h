@@ -63,7 +63,7 @@ struct StageTimings {  ///< milliseconds of wall time; load: opening the corpus 
 
 /// What `synth` makes of a line before any face is involved.
 struct UtteranceAnimation {
-  std::string text;
+  std::string text;  ///< as it was given or heard, not as it is said
   std::string voice;
   std::string corpus;
   SpeechLabels labels;

@@ -45,8 +45,8 @@ std::string rhubarbJson(const std::vector<MouthCue>& cues, std::string_view soun
 /// Moho's and OpenToonz' switch data, frames from 1, mouths by Preston Blair's names.
 std::string mohoDat(const std::vector<MouthCue>& cues, double frame_rate_hz);
 
-/// The words as subtitles of at most 42 signs and 6 seconds.
-std::string srtText(const SpeechLabels& labels);
-std::string vttText(const SpeechLabels& labels);
+/// The words as subtitles of at most 42 signs and 6 seconds, as `text` writes them (writtenWords()).
+std::string srtText(const SpeechLabels& labels, std::string_view text = {});
+std::string vttText(const SpeechLabels& labels, std::string_view text = {});
 
 }  // namespace mouthpiece

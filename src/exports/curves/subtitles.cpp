@@ -7,6 +7,7 @@
 
 #include "base/text_encoding.h"
 #include "exports/curves/curve_files.h"
+#include "exports/curves/written_words.h"
 
 namespace mouthpiece {
 namespace {
@@ -77,16 +78,14 @@ std::vector<Subtitle> filledLines(std::span<const SubtitleWord> words, std::size
 }
 
 /// As few lines as 42 columns allow, as even as they can be: a word left over would stand for too short a time.
-std::vector<Subtitle> subtitlesOf(const SpeechLabels& labels) {
+std::vector<Subtitle> subtitlesOf(const SpeechLabels& labels, std::string_view text) {
   constexpr std::size_t kMostColumns = 42;
   constexpr Seconds kPause = 0.7;
   std::vector<std::vector<SubtitleWord>> phrases;
-  for (const LabelledWord& word : labels.words) {
-    if (word.text.empty()) continue;
-    const TimeSpan span = labels.spanOf(word.phones);
-    const bool goes_on = !phrases.empty() && span.start - phrases.back().back().span.end <= kPause;
+  for (const WrittenWord& word : writtenWords(labels, text)) {
+    const bool goes_on = !phrases.empty() && word.span.start - phrases.back().back().span.end <= kPause;
     if (!goes_on) phrases.emplace_back();
-    phrases.back().push_back(subtitleWord(span, word.text, goes_on ? &phrases.back().back() : nullptr));
+    phrases.back().push_back(subtitleWord(word.span, word.text, goes_on ? &phrases.back().back() : nullptr));
   }
   std::vector<Subtitle> subtitles;
   for (const std::vector<SubtitleWord>& phrase : phrases) {
@@ -103,21 +102,21 @@ std::vector<Subtitle> subtitlesOf(const SpeechLabels& labels) {
 
 }  // namespace
 
-std::string srtText(const SpeechLabels& labels) {
-  std::string text;
+std::string srtText(const SpeechLabels& labels, std::string_view text) {
+  std::string srt;
   int number = 0;
-  for (const Subtitle& subtitle : subtitlesOf(labels))
-    text += fmt::format("{}\n{} --> {}\n{}\n\n", ++number, clockOf(subtitle.span.start, ','),
-                        clockOf(subtitle.span.end, ','), subtitle.text);
-  return text;
+  for (const Subtitle& subtitle : subtitlesOf(labels, text))
+    srt += fmt::format("{}\n{} --> {}\n{}\n\n", ++number, clockOf(subtitle.span.start, ','),
+                       clockOf(subtitle.span.end, ','), subtitle.text);
+  return srt;
 }
 
-std::string vttText(const SpeechLabels& labels) {
-  std::string text = "WEBVTT\n\n";
-  for (const Subtitle& subtitle : subtitlesOf(labels))
-    text += fmt::format("{} --> {}\n{}\n\n", clockOf(subtitle.span.start, '.'), clockOf(subtitle.span.end, '.'),
-                        xmlEscaped(subtitle.text));
-  return text;
+std::string vttText(const SpeechLabels& labels, std::string_view text) {
+  std::string vtt = "WEBVTT\n\n";
+  for (const Subtitle& subtitle : subtitlesOf(labels, text))
+    vtt += fmt::format("{} --> {}\n{}\n\n", clockOf(subtitle.span.start, '.'), clockOf(subtitle.span.end, '.'),
+                       xmlEscaped(subtitle.text));
+  return vtt;
 }
 
 }  // namespace mouthpiece

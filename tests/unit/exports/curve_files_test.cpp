@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "exports/curves/weight_tracks.h"
+#include "exports/curves/written_words.h"
 #include "motion/arkit_shapes.h"
 
 namespace mouthpiece {
@@ -120,12 +121,12 @@ SpeechLabels wordsOf(const std::vector<std::string>& words) {
   return labels;
 }
 
-std::vector<std::string> cuesOf(const SpeechLabels& labels) {
+std::vector<std::string> cuesOf(const SpeechLabels& labels, std::string_view text = {}) {
   std::vector<std::string> cues;
-  std::istringstream text(srtText(labels));
-  for (std::string number, times, cue, blank; std::getline(text, number) && std::getline(text, times);) {
-    std::getline(text, cue);
-    std::getline(text, blank);
+  std::istringstream srt(srtText(labels, text));
+  for (std::string number, times, cue, blank; std::getline(srt, number) && std::getline(srt, times);) {
+    std::getline(srt, cue);
+    std::getline(srt, blank);
     cues.push_back(cue);
   }
   return cues;
@@ -142,6 +143,44 @@ TEST(Subtitles, AreEvenAndCountLetters) {
 TEST(Subtitles, HaveNoBlanksBetweenIdeographs) {
   EXPECT_EQ(cuesOf(wordsOf({"你", "好", "Bob", "今", "天"})), (std::vector<std::string>{"你好 Bob 今天"}));
   EXPECT_EQ(cuesOf(wordsOf(std::vector<std::string>(24, "好"))).size(), 2U);  // 48 columns
+}
+
+TEST(Subtitles, AreWrittenAsTheTextIs) {
+  EXPECT_EQ(cuesOf(wordsOf({"it", "costs", "five", "dollars", "isn't", "it"}), " It costs $5,\n\x1b isn\u2019t it? "),
+            (std::vector<std::string>{"It costs $5, isn\u2019t it?"}));
+  EXPECT_EQ(cuesOf(wordsOf({"doctor", "tom", "and", "jerry"}), "Dr. Tom & Jerry"),
+            (std::vector<std::string>{"Dr. Tom & Jerry"}));
+  EXPECT_EQ(cuesOf(wordsOf({"well", "no"}), "\u2013 Well \u2014 (laughs) no! \U0001F642"),
+            (std::vector<std::string>{"\u2013 Well \u2014 no! \U0001F642"}));
+  // What stands for several words is short.
+  EXPECT_EQ(cuesOf(wordsOf({"a", "b"}), std::string(50, 'x')), (std::vector<std::string>{"a b"}));
+}
+
+/// What several words are read from stands for all of their time.
+TEST(WrittenWords, HaveTheTimesOfTheirSpokenOnes) {
+  const std::vector<WrittenWord> words = writtenWords(wordsOf({"on", "may", "the", "fifth", "we"}), "On 5/5 we");
+  ASSERT_EQ(words.size(), 3U);
+  EXPECT_EQ(words[1].text, "5/5");
+  EXPECT_NEAR(words[1].span.start, 0.3, 1e-9);
+  EXPECT_NEAR(words[1].span.end, 1.2, 1e-9);
+}
+
+TEST(WrittenWords, FollowLongTexts) {
+  std::vector<std::string> spoken;
+  std::string text;
+  for (int i = 0; i < 3000; ++i) {
+    const std::string word = "word" + std::to_string(i % 997);
+    spoken.push_back(word);
+    text += "W" + word.substr(1) + (i % 10 == 9 ? ". " : " ");
+    if (i % 50 == 0) spoken.insert(spoken.end(), {"twenty", "five"}), text += "25 ";
+  }
+  const std::vector<WrittenWord> words = writtenWords(wordsOf(spoken), text);
+  ASSERT_EQ(words.size(), 3060U);
+  EXPECT_EQ(words[1].text, "25");
+  for (std::size_t i = 0; i < words.size(); ++i) EXPECT_TRUE(words[i].text[0] == 'W' || words[i].text == "25") << i;
+  // Where a long text is another one's, words stand as they are spoken.
+  const std::vector<WrittenWord> others = writtenWords(wordsOf(spoken), std::string(4000, 'x') + " Word0");
+  EXPECT_EQ(others.size(), writtenWords(wordsOf(spoken), {}).size());
 }
 
 TEST(Weights, AreJsonAndCsv) {
