@@ -40,7 +40,8 @@ SlitSheet randomSheet(std::mt19937& random) {
   std::vector<std::array<std::uint32_t, 4>> corner;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
-      const Eigen::Vector3d p(c + jitter(random), r + jitter(random), height * std::sin(0.3 * c + turn * 0.2 * r));
+      const double across = c + jitter(random), up = r + jitter(random);  // in this order with every compiler
+      const Eigen::Vector3d p(across, up, height * std::sin(0.3 * c + turn * 0.2 * r));
       const bool is_cut = r == slit && c > first && c < last;
       const std::uint32_t below = add(p, is_cut ? -1 : r > slit ? 1 : r < slit ? -1 : 0);
       const std::uint32_t above = is_cut ? add(p, 1) : below;
@@ -80,6 +81,7 @@ TEST_P(RandomSheets, LipsThatTouchAreNeverTied) {
     if (sheet.side[v] != -1 || sheet.side[v + 1] != 1) continue;
     const auto row = signedIndex(v);
     if (sheet.mesh.vertices.row(row) != sheet.mesh.vertices.row(row + 1)) continue;
+    if (std::abs(topology.lowerShare(v + 1) - 0.5) < 0.02) continue;  // round the slit's end it is as far from both
     ++doubled;
     EXPECT_EQ(topology.forbidden()[v], kUpperLip) << "the lower edge of the slit, vertex " << v;
     EXPECT_EQ(topology.forbidden()[v + 1], kLowerLip) << "its upper edge, vertex " << v + 1;
