@@ -23,7 +23,7 @@ class MOUTHPIECE_API SharedFace {
 
   [[nodiscard]] const std::string& name() const;
   [[nodiscard]] std::size_t vertexCount() const;
-  /// At rest: x y z of each vertex, the mesh's unit.
+  /// At rest: x y z of each vertex, the mesh's unit, upright (Y up, looking along +Z), however its file lies.
   [[nodiscard]] std::span<const float> restVertices() const;
   /// Three vertices each.
   [[nodiscard]] std::vector<std::uint32_t> triangles() const;

@@ -25,7 +25,7 @@ struct TimeSpan {
 
 /// A phone of a performed line.
 struct PhoneLabel {
-  std::string phone;   ///< ARPAbet without stress: "AH"; "sil" in silence
+  std::string phone;   ///< ARPAbet without stress: "AH"; IPA where it has no such phone: "y"; "sil" in silence
   std::string viseme;  ///< its class: "MBP", "Ah" (docs/theory/phonetics/phones_and_visemes.md)
   TimeSpan span;
   std::optional<std::size_t> word;  ///< index into Labels::words; none in silence

@@ -25,7 +25,7 @@ enum mouthpiece_result {
   MOUTHPIECE_INTERNAL = 3 /* a fault of Mouthpiece: please report it */
 };
 
-/* Set by mouthpiece_options_init(); null and 0 stand for the defaults of the program `synth`. */
+/* Set by mouthpiece_options_init(); null and 0 stand for the defaults of the program `synth`, but for with_face. */
 typedef struct mouthpiece_options {
   size_t size; /* of this struct, as the caller knows it */
   const char* corpus;

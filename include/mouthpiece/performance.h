@@ -58,9 +58,11 @@ class MOUTHPIECE_API Performance {
   [[nodiscard]] double realTimeFactor() const;
 
   [[nodiscard]] bool hasFace() const;
-  /// The face in one frame: x y z of each vertex, the mesh's unit. Throws InputError without a face.
+  /// The face in one frame: x y z of each vertex, the mesh's unit, upright as the face stands (Y up, looking along +Z),
+  /// however its file lies. Throws InputError without a face, and for a frame that there is not.
   [[nodiscard]] std::vector<float> vertices(std::size_t frame) const;
-  /// Weights of ARKit's 52 shapes in one frame, 0 to 1, fitted to the markers; no face is needed.
+  /// Weights of ARKit's 52 shapes in one frame, 0 to 1, fitted to the markers; no face is needed. Throws
+  /// InputError for a frame that there is not.
   [[nodiscard]] std::array<float, kArkitShapes> arkitWeights(std::size_t frame) const;
 
   struct Data;

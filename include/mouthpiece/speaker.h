@@ -65,8 +65,9 @@ class MOUTHPIECE_API Speaker {
   Performance perform(const Line& line);
   /// The same, its frames pulled one by one.
   FrameStream stream(std::string_view text);
-  /// Frames of what is being said, sound or labels pushed as they come. Throws InputError for options out of range, a
-  /// manner other than Method::kGuided of units of any kind, and a corpus that predicts no movement.
+  /// Frames of what is being said, sound or labels pushed as they come. Throws InputError for options out of range, for
+  /// a manner other than Method::kGuided of units of any kind, for dials, Ma, Ps and edits, which are of a whole line,
+  /// and for a corpus that predicts no movement.
   [[nodiscard]] LiveStream live(const LiveOptions& options = {}) const;
 
  private:

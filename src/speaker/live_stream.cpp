@@ -162,10 +162,11 @@ void LiveStream::Data::hearWhole() {
 }
 
 void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<std::uint64_t> at) {
+  if (samples.empty()) return;
   expectOpen(true);
   if (!ear) ear = makeLiveEar(setup, options);
   catchUp();
-  if (at && !samples.empty() && !ahead.contains(*at) && order.mayWait(*at, samples.size())) {
+  if (at && !ahead.contains(*at) && order.mayWait(*at, samples.size())) {
     ahead.emplace(*at, std::vector<float>(samples.begin(), samples.end()));
     return;
   }

@@ -50,6 +50,10 @@ TEST_F(Live, SoundTellsWhenThePhonesOfWordsAreSaid) {
 
 TEST_F(Live, SoundOfWordsIsNotSoundAlone) {
   LiveStream stream = speaker().live();
+  stream.push(std::span<const float>());  // no sound has come yet: labels still may
+  stream.silence(0.1);
+  EXPECT_THROW(stream.push(std::span(sound()).first(1600)), InputError);
+  stream = speaker().live();
   stream.push(std::span(sound()).first(1600));
   EXPECT_EQ(errorOf([&] { stream.pushSoundOfWords(sound()); }),
             "found labels and sound in one stream; expected one of them");
