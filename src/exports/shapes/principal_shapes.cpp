@@ -78,7 +78,7 @@ void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, Eigen::Inde
     residual.rowwise() -= offset;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       const Eigen::Index column = 3 * signedIndex(i);
-      added_shapes.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
+      if (added.count > 0) added_shapes.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
       result.shapes.block<1, 3>(0, 3 * vertices[i]) += offset.segment<3>(column);
       errors[unsignedIndex(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
     }

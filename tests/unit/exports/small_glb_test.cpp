@@ -85,7 +85,7 @@ TEST(HeadAnimation, TurnsWhatIsShownAboutItsPlace) {
     EXPECT_EQ(root["nodes"][turning]["translation"], nlohmann::json({0.01, 0.02, -0.03}));
     const nlohmann::json& back = root["nodes"][root["nodes"][turning]["children"][0].get<std::size_t>()];
     EXPECT_EQ(back["translation"], nlohmann::json({-0.01, -0.02, 0.03})) << "at rest nothing moves";
-    EXPECT_EQ(back["children"], nlohmann::json({0})) << "the face";
+    EXPECT_EQ(back["children"], nlohmann::json::array({0})) << "the face";
     ASSERT_EQ(root["animations"].size(), 1U);
     const nlohmann::json& channel = root["animations"][0]["channels"].back();
     EXPECT_EQ(channel["target"], nlohmann::json({{"node", turning}, {"path", "rotation"}}));
