@@ -1,5 +1,5 @@
 // Wavefront OBJ: v (with colours), vt, f, g, o, usemtl; everything else is passed over. One pass over the bytes; only
-// lines that go on in the next are copied.
+// lines that go on in the next are copied (ObjLines).
 #include <fmt/format.h>
 
 #include <charconv>
@@ -9,30 +9,22 @@
 
 #include "base/errors.h"
 #include "deform/mesh/mesh_reader.h"
+#include "deform/mesh/obj_lines.h"
 
 namespace mouthpiece {
 namespace {
-
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 /// One line's words, and where it stands, for the messages.
 class Line {
  public:
   Line(std::string_view text, std::string_view file, std::size_t number) : rest_(text), file_(file), number_(number) {}
 
-  std::string_view nextWord() {
-    while (!rest_.empty() && isBlank(rest_.front())) rest_.remove_prefix(1);
-    std::size_t length = 0;
-    while (length < rest_.size() && !isBlank(rest_[length])) ++length;
-    const std::string_view word = rest_.substr(0, length);
-    rest_.remove_prefix(length);
-    return word;
-  }
+  std::string_view nextWord() { return takeObjWord(rest_); }
 
   /// Everything left, without blanks around it: names may hold blanks.
   std::string_view remainder() {
-    while (!rest_.empty() && isBlank(rest_.front())) rest_.remove_prefix(1);
-    while (!rest_.empty() && isBlank(rest_.back())) rest_.remove_suffix(1);
+    while (!rest_.empty() && isObjBlank(rest_.front())) rest_.remove_prefix(1);
+    while (!rest_.empty() && isObjBlank(rest_.back())) rest_.remove_suffix(1);
     return rest_;
   }
 
@@ -55,13 +47,6 @@ class Line {
   std::size_t number_;
 };
 
-/// A backslash at its end says that the next line belongs to it; a comment may end in one ("C:\\work\\").
-bool goesOn(std::string_view line) {
-  if (line.starts_with('#')) return false;
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  return line.ends_with('\\');
-}
-
 class ObjParser {
  public:
   ObjParser(std::string_view bytes, std::string_view file) : bytes_(bytes), file_(file) {
@@ -72,29 +57,9 @@ class ObjParser {
   }
 
   FaceMesh parse() {
-    std::size_t number = 0;
-    std::string joined;
-    for (std::size_t begin = bytes_.starts_with("\xEF\xBB\xBF") ? 3 : 0; begin < bytes_.size();) {
-      std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
-      std::string_view text = bytes_.substr(begin, end - begin);
-      std::size_t lines = 1;
-      if (goesOn(text)) {
-        joined.clear();
-        for (; goesOn(text) && end < bytes_.size(); ++lines) {
-          joined += text.substr(0, text.rfind('\\'));
-          joined += ' ';
-          begin = end + 1;
-          end = std::min(bytes_.find('\n', begin), bytes_.size());
-          text = bytes_.substr(begin, end - begin);
-        }
-        joined += text;
-        text = joined;
-      }
-      parseLine(Line(text, file_, number + 1));
-      number += lines;
-      begin = end + 1;
-    }
-    refuseACutFile(number);
+    ObjLines lines(bytes_);
+    while (lines.next()) parseLine(Line(lines.text(), file_, lines.number()));
+    refuseACutFile(lines.count());
     if (colored_vertices_ != 0 && colored_vertices_ != soup_.vertexCount()) soup_.vertex_colors.clear();
     dropBacks(soup_);
     return finishMesh(std::move(soup_), file_);

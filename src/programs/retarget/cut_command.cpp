@@ -9,6 +9,7 @@
 #include "base/text_encoding.h"
 #include "deform/mesh/glb_growth.h"
 #include "deform/mesh/mesh_files.h"
+#include "deform/mesh/obj_growth.h"
 #include "deform/topology/lip_cut.h"
 #include "programs/outputs.h"
 #include "programs/retarget/commands.h"
@@ -25,6 +26,8 @@ struct CutArguments {
   std::string object;
   bool quiet = false;
 };
+
+bool isObj(const fs::path& path) { return lowerCase(path.extension().string()) == ".obj"; }
 
 /// The turn that sets the head upright: corners of the mouth level, eyes over the chin.
 Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const std::string& file) {
@@ -45,7 +48,6 @@ Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const st
 
 int runCut(const CutArguments& given) {
   expectMeshEnding(given.out, given.mesh);
-  const bool is_glb = isGlb(given.out);
   const std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   const TracedLips traced =
@@ -59,12 +61,11 @@ int runCut(const CutArguments& given) {
     }
   }();
   turnMesh(traced.upright_from_mesh.transpose(), cut.mesh);
-  if (is_glb) {
-    turnMesh(traced.upright_from_mesh.transpose(), mesh);
-    writeFileAtomically(given.out, grownGlb(bytes, given.mesh.string(), given.object, mesh, cut));
-  } else {
-    writeObj(given.out, cut.mesh);
-  }
+  turnMesh(traced.upright_from_mesh.transpose(), mesh);
+  const std::string file = given.mesh.string();
+  writeFileAtomically(given.out, isGlb(given.out)    ? grownGlb(bytes, file, given.object, mesh, cut)
+                                 : isObj(given.mesh) ? grownObj(bytes, file, mesh, cut)
+                                                     : objBytes(cut.mesh));
   if (!given.quiet)
     printText(fmt::format("{}: {} vertices more than {}; its anchors go on being right\n", given.out.string(),
                           cut.mesh.vertexCount() - mesh.vertexCount(), given.mesh.string()));
@@ -79,7 +80,7 @@ void addOptions(CLI::App& command, CutArguments& options) {
                      "The ten of `retarget pick` (JSON; default: those that `retarget anchors` finds)");
   command
       .add_option("-o,--out", options.out,
-                  "The mesh to write, with a mouth bag: .obj, or, of a GLB, .glb that keeps all that it has")
+                  "The mesh to write, with a mouth bag: .obj, or, of a GLB, .glb; an OBJ or GLB keeps all that it has")
       ->required();
   checkOutputs(command, {{"--out"}});
 }
@@ -88,8 +89,7 @@ void addOptions(CLI::App& command, CutArguments& options) {
 
 void expectMeshEnding(const fs::path& out, const fs::path& mesh) {
   if (isGlb(out) && !isGlb(mesh)) throw InputError(mesh.string(), "", "is no GLB; expected an .obj to write");
-  if (!isGlb(out) && lowerCase(out.extension().string()) != ".obj")
-    throw InputError(out.string(), "", "expected an .obj to write, or, of a GLB, a .glb");
+  if (!isGlb(out) && !isObj(out)) throw InputError(out.string(), "", "expected an .obj to write, or, of a GLB, a .glb");
 }
 
 TracedLips tracedLips(const FaceMesh& mesh, const NamedAnchors& anchors) {
