@@ -126,6 +126,7 @@ struct BindingReport {
   /// over the straight way around the nearest corner of the mouth, the markers' or where the slit between the lips
   /// ends: about 1 or more where the lips can part, about a half where they are one surface.
   double way_between_lips = 0;
+  bool lips_are_one = false;  ///< they hang together right behind the line between them (LipLine::is_parted)
   double coverage = 0;  ///< bound share of the skin vertices in front of what the markers span (their convex hull)
   double largest_offset = 0;  ///< |d|, the mesh's unit
 };

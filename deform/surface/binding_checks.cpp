@@ -219,6 +219,7 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
   BindingReport report;
   report.vertices = kinds.size();
   report.way_between_lips = wayBetweenLips(mesh, topology, control);
+  report.lips_are_one = topology.lipLine() && !topology.lipLine()->is_parted;
   for (std::size_t v = 0; v < kinds.size(); ++v) {
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
     report.bound_vertices += is_bound ? 1 : 0;

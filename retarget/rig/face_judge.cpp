@@ -370,4 +370,14 @@ std::optional<FaceFault> mostTorn(const FaceRig& rig, const FaceFile& face, std:
   return fault;
 }
 
+std::vector<std::string> faultsOf(const FaceCheck& check, const FaceJudgement& judgement) {
+  std::vector<std::string> faults = faultsOf(check);
+  for (const FaceFault& fault : judgement.faults) {
+    faults.push_back(fault.what);
+    if (fault.limit == "closures" && check.binding.lips_are_one)
+      faults.back() += "; the lips hang together behind the line between them: `retarget cut` opens the mesh there";
+  }
+  return faults;
+}
+
 }  // namespace mouthpiece

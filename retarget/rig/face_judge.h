@@ -110,6 +110,9 @@ class FaceJudge {
 std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
                                        std::span<const JudgedPoses::Row> rows);
 
+/// All that is wrong with a face, in words: as it was checked at rest and as it was judged.
+std::vector<std::string> faultsOf(const FaceCheck& check, const FaceJudgement& judgement);
+
 /// The pose out of `count` in which the skin breaks the limits of edges most, as a fault; nullopt where it keeps them in
 /// all. `posed` gives the vertices of rig.mesh() in one; threads share the work.
 std::optional<FaceFault> mostTorn(const FaceRig& rig, const FaceFile& face, std::size_t count,

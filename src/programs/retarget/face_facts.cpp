@@ -56,11 +56,7 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
   return report;
 }
 
-std::vector<std::string> FaceReport::faults() const {
-  std::vector<std::string> faults = faultsOf(check);
-  for (const FaceFault& fault : judgement.faults) faults.push_back(fault.what);
-  return faults;
-}
+std::vector<std::string> FaceReport::faults() const { return faultsOf(check, judgement); }
 
 Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given) {
   constexpr double kStill = 1e-5;  // of the mouth's width

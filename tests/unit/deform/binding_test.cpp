@@ -160,7 +160,9 @@ TEST(Binding, RimsOfCoarseLipsHangWhereTheyLie) {
 }
 
 TEST(Binding, TellsLipsThatAreOneSurface) {
-  EXPECT_GT(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).way_between_lips, 1);
+  const BindingReport apart = inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl());
+  EXPECT_GT(apart.way_between_lips, 1);
+  EXPECT_FALSE(apart.lips_are_one);
   // The slit sewn up: of vertices in one place all triangles take the first.
   FaceMesh sewn = sampleFace().mesh;
   std::map<std::array<float, 3>, std::uint32_t> first;
@@ -170,7 +172,9 @@ TEST(Binding, TellsLipsThatAreOneSurface) {
       corner = first.try_emplace({place.x(), place.y(), place.z()}, corner).first->second;
     }
   }
-  EXPECT_LT(inspectBinding(sampleBinding(), sewn, sampleControl()).way_between_lips, 0.6);
+  const BindingReport one = inspectBinding(sampleBinding(), sewn, sampleControl());
+  EXPECT_LT(one.way_between_lips, 0.6);
+  EXPECT_TRUE(one.lips_are_one);
 }
 
 /// On coarse heads the slit ends further in than the mouth's corners are.

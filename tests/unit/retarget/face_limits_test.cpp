@@ -234,6 +234,20 @@ TEST(FaultsOf, AnAnchorOffTheSkinComesFirst) {
   EXPECT_TRUE(faults.front().starts_with("NOSE_TIP lies 26.0 mm off the skin")) << faults.front();
 }
 
+/// Lips that hang together deep behind their edges go a long way round, and yet do not close.
+TEST(FaultsOf, LipsThatHangTogetherAreToldWhereTheyDoNotClose) {
+  FaceCheck check;
+  check.binding.coverage = check.binding.way_between_lips = 1;
+  FaceJudgement judged;
+  judged.faults.emplace_back();
+  judged.faults[0].limit = "closures";
+  judged.faults[0].what = "0 of 39 touch";
+  EXPECT_EQ(faultsOf(check, judged), std::vector<std::string>{"0 of 39 touch"});
+  check.binding.lips_are_one = true;
+  EXPECT_EQ(faultsOf(check, judged).at(0),
+            "0 of 39 touch; the lips hang together behind the line between them: `retarget cut` opens the mesh there");
+}
+
 TEST(FaultsOf, SkinThatIsLeftOutIsToldByItsPart) {
   FaceCheck check;
   check.binding.way_between_lips = 1;
