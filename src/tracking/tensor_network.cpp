@@ -46,21 +46,19 @@ class LayerRun {
            std::string_view name)
       : model_(model), name_(name) {
     externals(first, last);
-    check(xnn_create_subgraph(narrow(external_.size()), 0, &graph_));
+    xnn_subgraph_t graph = nullptr;
+    check(xnn_create_subgraph(narrow(external_.size()), 0, &graph));
+    graph_.reset(graph);
     for (std::size_t step = first; step < last; ++step) define(model.steps[step]);
-    check(xnn_create_runtime_v2(graph_, nullptr, 0, &runtime_));
+    xnn_runtime_t runtime = nullptr;
+    check(xnn_create_runtime_v2(graph, nullptr, 0, &runtime));
+    runtime_.reset(runtime);
     std::vector<xnn_external_value> places;
     for (const auto& [tensor, id] : external_) places.push_back({id, values[tensor].data()});
-    check(xnn_setup_runtime(runtime_, places.size(), places.data()));
-  }
-  LayerRun(const LayerRun&) = delete;
-  LayerRun& operator=(const LayerRun&) = delete;
-  ~LayerRun() {
-    if (runtime_ != nullptr) xnn_delete_runtime(runtime_);
-    if (graph_ != nullptr) xnn_delete_subgraph(graph_);
+    check(xnn_setup_runtime(runtime, places.size(), places.data()));
   }
 
-  void run() const { MOUTHPIECE_EXPECT(xnn_invoke_runtime(runtime_) == xnn_status_success); }
+  void run() const { MOUTHPIECE_EXPECT(xnn_invoke_runtime(runtime_.get()) == xnn_status_success); }
 
  private:
   void check(xnn_status status) const {
@@ -102,7 +100,7 @@ class LayerRun {
     // XNNPACK wants a slope a channel in one dimension.
     if (data != nullptr && shape.size() == 3) shape.erase(shape.begin(), shape.end() - 1);
     std::uint32_t id = 0;
-    check(xnn_define_tensor_value(graph_, xnn_datatype_fp32, shape.size(), shape.data(), data,
+    check(xnn_define_tensor_value(graph_.get(), xnn_datatype_fp32, shape.size(), shape.data(), data,
                                   is_external ? external->second : XNN_INVALID_VALUE_ID,
                                   !is_external             ? 0
                                   : made_.contains(tensor) ? XNN_VALUE_FLAG_EXTERNAL_OUTPUT
@@ -119,27 +117,27 @@ class LayerRun {
     const std::uint32_t stride_x = narrow(step.stride_x), stride_y = narrow(step.stride_y);
     switch (step.op) {
       case TensorOp::kAdd:
-        return check(xnn_define_add2(graph_, low, high, in, idOf(second(step)), out, 0));
+        return check(xnn_define_add2(graph_.get(), low, high, in, idOf(second(step)), out, 0));
       case TensorOp::kParametricRelu:
-        return check(xnn_define_prelu(graph_, in, idOf(second(step)), out, 0));
+        return check(xnn_define_prelu(graph_.get(), in, idOf(second(step)), out, 0));
       case TensorOp::kRelu:
-        return check(xnn_define_clamp(graph_, 0, high, in, out, 0));
+        return check(xnn_define_clamp(graph_.get(), 0, high, in, out, 0));
       case TensorOp::kMaxPooling:
-        return check(xnn_define_max_pooling_2d(graph_, 0, 0, 0, 0, narrow(step.filter_y), narrow(step.filter_x),
+        return check(xnn_define_max_pooling_2d(graph_.get(), 0, 0, 0, 0, narrow(step.filter_y), narrow(step.filter_x),
                                                stride_y, stride_x, 1, 1, low, high, in, out, padding));
       case TensorOp::kPadding:
         return definePadding(step, in, out);
       case TensorOp::kConvolution: {
         const auto [filter, bias] = weights(step);
         const auto& shape = model_.tensors[step.inputs[1]].shape;  // out, height, width, in
-        return check(xnn_define_convolution_2d(graph_, 0, 0, 0, 0, narrow(shape[1]), narrow(shape[2]), stride_y,
+        return check(xnn_define_convolution_2d(graph_.get(), 0, 0, 0, 0, narrow(shape[1]), narrow(shape[2]), stride_y,
                                                stride_x, 1, 1, 1, shape[3], shape[0], low, high, in, filter, bias, out,
                                                padding));
       }
       case TensorOp::kDepthwiseConvolution: {
         const auto [filter, bias] = weights(step);
         const auto& shape = model_.tensors[step.inputs[1]].shape;  // 1, height, width, channels
-        return check(xnn_define_depthwise_convolution_2d(graph_, 0, 0, 0, 0, narrow(shape[1]), narrow(shape[2]),
+        return check(xnn_define_depthwise_convolution_2d(graph_.get(), 0, 0, 0, 0, narrow(shape[1]), narrow(shape[2]),
                                                          stride_y, stride_x, 1, 1, 1, shape[3], low, high, in, filter,
                                                          bias, out, padding));
       }
@@ -169,7 +167,7 @@ class LayerRun {
       before.push_back(unsignedIndex(numbers[i]));
       after.push_back(unsignedIndex(numbers[i + 1]));
     }
-    check(xnn_define_static_constant_pad(graph_, before.data(), after.data(), 0, in, out, 0));
+    check(xnn_define_static_constant_pad(graph_.get(), before.data(), after.data(), 0, in, out, 0));
   }
 
   const TfliteModel& model_;
@@ -177,8 +175,9 @@ class LayerRun {
   std::map<std::size_t, std::uint32_t> external_;  ///< tensor -> XNNPACK's number
   std::map<std::size_t, std::uint32_t> ids_;
   std::set<std::size_t> made_;  ///< tensors that these layers compute
-  xnn_subgraph_t graph_ = nullptr;
-  xnn_runtime_t runtime_ = nullptr;
+  /// Owned from the start on: a network that is refused half way leaves nothing behind.
+  std::unique_ptr<xnn_subgraph, decltype(&xnn_delete_subgraph)> graph_{nullptr, &xnn_delete_subgraph};
+  std::unique_ptr<xnn_runtime, decltype(&xnn_delete_runtime)> runtime_{nullptr, &xnn_delete_runtime};
 };
 
 /// Landmarks in a feature map's pixels -> the 4 x 4 matrix from a region's own grid to the map: the region's box,
