@@ -33,6 +33,18 @@ std::string normalised(std::string_view text, const icu::Normalizer2* form) {
   return out;
 }
 
+std::string transliterated(std::string_view text, const char* rules) {
+  UErrorCode error = U_ZERO_ERROR;
+  const std::unique_ptr<icu::Transliterator> made(icu::Transliterator::createInstance(rules, UTRANS_FORWARD, error));
+  if (U_FAILURE(error) || !made)
+    throw InputError("text", "", std::string("cannot be read in other letters: ICU's data lack ") + rules);
+  icu::UnicodeString changed = unicodeOf(text);
+  made->transliterate(changed);
+  std::string out;
+  changed.toUTF8String(out);
+  return out;
+}
+
 }  // namespace
 
 std::string toNfc(std::string_view text) {
@@ -56,16 +68,8 @@ bool isJoiningMark(char32_t code_point) {
   return type == U_NON_SPACING_MARK || type == U_COMBINING_SPACING_MARK || type == U_ENCLOSING_MARK;
 }
 
-std::string toPinyin(std::string_view text) {
-  UErrorCode error = U_ZERO_ERROR;
-  const std::unique_ptr<icu::Transliterator> pinyin(
-      icu::Transliterator::createInstance("Han-Latin", UTRANS_FORWARD, error));
-  if (U_FAILURE(error) || !pinyin) throw InputError("text", "", "cannot be read as Chinese: ICU's data lack Han-Latin");
-  icu::UnicodeString changed = unicodeOf(text);
-  pinyin->transliterate(changed);
-  std::string out;
-  changed.toUTF8String(out);
-  return out;
+std::string toAscii(std::string_view text) {
+  return isAscii(text) ? std::string(text) : transliterated(toNfc(text), "Latin-ASCII");
 }
 
 std::string bareLetters(std::string_view text) {
@@ -78,6 +82,8 @@ std::string bareLetters(std::string_view text) {
   }
   return bare;
 }
+
+std::string toPinyin(std::string_view text) { return transliterated(text, "Han-Latin"); }
 
 std::string slugOf(std::string_view text, std::size_t longest) {
   std::string slug;

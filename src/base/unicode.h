@@ -23,6 +23,10 @@ std::string bareLetters(std::string_view text);
 /// between, at most `longest` characters. Empty when it has none of them.
 std::string slugOf(std::string_view text, std::size_t longest);
 
+/// Letters of the Latin script as ASCII has them (ICU's Latin-ASCII: "Für" is "Fur", "ß" is "ss", typographic
+/// apostrophes are plain ones); other text as it is.
+std::string toAscii(std::string_view text);
+
 /// Chinese characters as Pinyin with tone marks, a word a character (ICU's Han-Latin); other text as it is.
 std::string toPinyin(std::string_view text);
 

@@ -10,7 +10,10 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "base/text_numbers.h"
+#include "base/unicode.h"
+#include "singing/kana_lyrics.h"
 #include "singing/sung_line.h"
+#include "singing/timed_notes.h"
 #include "voices/festival_script.h"
 #include "voices/spoken_line_builder.h"
 
@@ -90,6 +93,19 @@ std::string madeUpWord(std::size_t number) {
   std::string word = "mpkana";
   for (std::size_t rest = number + 1; rest > 0; rest /= 26) word += static_cast<char>('a' + rest % 26);
   return word;
+}
+
+/// Songs have their words without accents; a lexicon may have them with these ("für" says "fur").
+void addWithoutAccents(Lexicon& lexicon) {
+  std::vector<std::pair<std::string, Pronunciation>> plain;
+  for (const auto& [word, said] : lexicon.words()) {
+    if (std::string letters = wordLetters(word);
+        toAscii(word) != word && lexicon.find(letters).empty() && !said.empty())
+      plain.emplace_back(std::move(letters), said.front());
+  }
+  for (auto& [word, said] : plain) {
+    if (!word.empty() && kanaOf(word).empty()) lexicon.add(word, std::move(said));
+  }
 }
 
 /// Words in kana become made-up ones that kal says with the nearest of its phones; the lexicon tells how.
@@ -249,6 +265,7 @@ std::string festivalSingingXml(const Song& song, const SungVibrato& vibrato) {
 SungLine singWithFestival(const Song& written, const SingingOptions& options) {
   checkSong(written, "song");
   Lexicon lexicon = options.lexicon != nullptr ? *options.lexicon : Lexicon();
+  addWithoutAccents(lexicon);
   const Song song = withMadeUpWords(written, lexicon);
   std::string text, lyrics, quoted;
   for (const SongWord& word : written.words) text += (text.empty() ? "" : " ") + spokenWord(word.text);

@@ -36,6 +36,15 @@ std::string kanaOf(std::string_view lyric) {
   return is_sung ? kana : "";
 }
 
+bool hasKanaSigns(std::string_view lyric) {
+  for (std::size_t at = 0; at < lyric.size();) {
+    const std::optional<char32_t> sign = decodeUtf8(lyric, at);
+    if (!sign) return false;
+    if (isKanaSign(*sign)) return true;
+  }
+  return false;
+}
+
 bool hasIdeographs(std::string_view lyric) {
   for (std::size_t at = 0; at < lyric.size();) {
     const std::optional<char32_t> sign = decodeUtf8(lyric, at);

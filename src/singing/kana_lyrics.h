@@ -12,6 +12,9 @@ namespace mouthpiece {
 /// "" for a lyric without kana, and for ー alone, which goes on with the vowel before.
 std::string kanaOf(std::string_view lyric);
 
+/// Whether a lyric has any sign of kana, ー alone too.
+bool hasKanaSigns(std::string_view lyric);
+
 /// Whether a lyric has signs that are no kana and must be read to be sung (ideographs).
 bool hasIdeographs(std::string_view lyric);
 

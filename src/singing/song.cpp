@@ -164,9 +164,13 @@ void SongBuilder::addNote(double midi_pitch, double beats, bool vibrato) {
 }
 
 void SongBuilder::tieNote(double midi_pitch, double beats, bool vibrato) {
-  Note& last = song_.words.back().syllables.back().notes.back();
+  const Note& last = song_.words.back().syllables.back().notes.back();
   if (last.hz != hzOfMidiPitch(midi_pitch)) return addNote(midi_pitch, beats, vibrato);
-  last.span.end = song_.duration += beats;
+  lengthenNote(beats);
+}
+
+void SongBuilder::lengthenNote(double beats) {
+  song_.words.back().syllables.back().notes.back().span.end = song_.duration += beats;
 }
 
 Song SongBuilder::song(std::string_view name) const {

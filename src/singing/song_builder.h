@@ -22,6 +22,8 @@ class SongBuilder {
   void addNote(double midi_pitch, double beats, bool vibrato);
   /// Makes the last note longer where it has that pitch, and is another one else.
   void tieNote(double midi_pitch, double beats, bool vibrato);
+  /// Makes the last note longer.
+  void lengthenNote(double beats);
   void addRest(double beats) { song_.duration += beats; }
 
   [[nodiscard]] bool hasWords() const { return !song_.words.empty(); }

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
-#include <optional>
 #include <pugixml.hpp>
+#include <string>
+#include <vector>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_numbers.h"
 #include "base/zip.h"
+#include "singing/score_order.h"
 #include "singing/song_builder.h"
 #include "singing/timed_notes.h"
 
@@ -18,6 +20,8 @@ namespace {
 
 constexpr int kDeepest = 40;
 constexpr std::size_t kMostNodes = 2'000'000;
+/// Of a note without one, as rap is written: A3.
+constexpr double kSpokenPitch = 57;
 
 struct DepthWatch : pugi::xml_tree_walker {
   bool is_fine = true;
@@ -30,23 +34,57 @@ struct DepthWatch : pugi::xml_tree_walker {
 
 bool isText(const pugi::xml_node& node, const char* wanted) { return std::strcmp(node.child_value(), wanted) == 0; }
 
-/// Goes through the first part that has lyrics: its first voice, first verse.
+/// What is sung on a note: mostly a syllable, or several words that share it.
+struct SungText {
+  std::string letters;
+  pugi::xml_node syllabic;
+};
+
+/// Goes through the first part that has lyrics, as it is played: the voice that has most of them, a verse each time.
 class PartReader {
  public:
-  explicit PartReader(std::string_view name) : name_(name) {}
+  explicit PartReader(std::string_view name) : name_(name) { song_.beats_per_minute = 60; }  // a beat is a second
 
   Song read(const pugi::xml_node& score) {
     song_.title = score.child("work").child_value("work-title");
+    if (song_.title.empty()) song_.title = score.child_value("movement-title");
     const pugi::xml_node part = partWithLyrics(score);
-    for (const pugi::xml_node& measure : part.children("measure")) {
-      place_ = fmt::format("measure {}", printable(measure.attribute("number").as_string("?"), 12));
-      for (const pugi::xml_node& child : measure.children()) readChild(child);
+    voice_ = voiceWithLyrics(part);
+    readMeasures(part);
+    const ScoreTempos tempos(score, name_);
+    for (const PlayedMeasure& played : playedMeasures(score, part, name_)) {
+      const Measure& measure = measures_[played.index];
+      place_ = measure.place;
+      verse_ = verseOf(measure, played.times_before);
+      double at = 0;
+      for (const Placed& note : measure.notes) {
+        if (note.end <= at) continue;
+        const double start = std::max(at, note.start);
+        if (start > at) addRest(tempos.between(played.index, at, start));
+        readNote(note, tempos.between(played.index, start, note.end));
+        at = note.end;
+      }
+      if (measure.quarters > at) addRest(tempos.between(played.index, at, measure.quarters));
     }
+    song_.addRest(rest_);
     if (ties_open_) fail("ends within a tie");
     return song_.song(name_);
   }
 
  private:
+  /// A note of ours in its measure, quarters.
+  struct Placed {
+    pugi::xml_node note;
+    double start, end;
+    double transposed;  ///< semitones that it sounds above what is written
+  };
+  struct Measure {
+    std::string place;
+    std::vector<Placed> notes;
+    std::vector<std::string> verses;  ///< as `number` names them
+    double quarters = 0;
+  };
+
   [[noreturn]] void fail(std::string_view what) const { throw InputError(name_, place_, what); }
 
   pugi::xml_node partWithLyrics(const pugi::xml_node& score) const {
@@ -60,6 +98,32 @@ class PartReader {
     throw InputError(name_, "", "has no part with lyrics; expected one voice with lyrics");
   }
 
+  static std::string voiceOf(const pugi::xml_node& note) {
+    return note.child("voice") ? note.child_value("voice") : "1";  // a note that names none is of the first
+  }
+
+  /// The first of those with most lyrics.
+  static std::string voiceWithLyrics(const pugi::xml_node& part) {
+    std::vector<std::pair<std::string, std::size_t>> counts;
+    for (const pugi::xml_node& measure : part.children("measure")) {
+      for (const pugi::xml_node& note : measure.children("note")) {
+        if (!note.child("lyric")) continue;
+        const std::string voice = voiceOf(note);
+        auto known = std::find_if(counts.begin(), counts.end(), [&](const auto& each) { return each.first == voice; });
+        if (known == counts.end()) known = counts.insert(counts.end(), {voice, 0});
+        ++known->second;
+      }
+    }
+    return std::max_element(counts.begin(), counts.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; })
+        ->first;
+  }
+
+  /// Chords' upper notes, grace and cue notes are not sung.
+  [[nodiscard]] bool isOurs(const pugi::xml_node& note) const {
+    return !note.child("chord") && !note.child("grace") && !note.child("cue") && voiceOf(note) == voice_;
+  }
+
   double number(const pugi::xml_node& node, const char* what) const {
     const auto value = parseNumber(node.child_value());
     if (!value || !std::isfinite(*value))
@@ -67,50 +131,61 @@ class PartReader {
     return *value;
   }
 
-  void readChild(const pugi::xml_node& child) {
-    const std::string_view kind = child.name();
-    if (kind == "attributes" && child.child("divisions")) {
-      divisions_ = number(child.child("divisions"), "divisions");
-      if (!(divisions_ > 0 && divisions_ <= 1e6))
-        fail(fmt::format("has {:g} divisions; expected 1 or more", divisions_));
+  void readMeasures(const pugi::xml_node& part) {
+    double divisions = 1, transposed = 0;
+    for (const pugi::xml_node& node : part.children("measure")) {
+      Measure& measure = measures_.emplace_back();
+      place_ = measure.place = placeOfMeasure(node);
+      double quarters = 0;
+      for (const pugi::xml_node& child : node.children()) {
+        const double start = quarters;
+        passElement(child, divisions, quarters, name_, place_);
+        measure.quarters = std::max(measure.quarters, quarters);
+        if (const pugi::xml_node transpose = child.child("transpose")) transposed = semitonesOf(transpose);
+        if (std::strcmp(child.name(), "note") != 0 || !isOurs(child)) continue;
+        if (quarters > start) measure.notes.push_back({child, start, quarters, transposed});
+        for (const pugi::xml_node& lyric : child.children("lyric")) {
+          const std::string verse = verseName(lyric);
+          if (std::find(measure.verses.begin(), measure.verses.end(), verse) == measure.verses.end())
+            measure.verses.push_back(verse);
+        }
+      }
+      std::stable_sort(measure.notes.begin(), measure.notes.end(),
+                       [](const Placed& a, const Placed& b) { return a.start < b.start; });
+      std::sort(measure.verses.begin(), measure.verses.end(), isEarlierVerse);
     }
-    if (kind == "sound") readTempo(child);
-    if (kind == "direction") readTempo(child.child("sound"));
-    if (kind == "note") readNote(child);
   }
 
-  /// The first tempo holds for the whole song.
-  void readTempo(const pugi::xml_node& sound) {
-    if (has_tempo_ || !sound.attribute("tempo")) return;
-    const auto tempo = parseNumber(sound.attribute("tempo").as_string());
-    if (!tempo || !std::isfinite(*tempo)) fail("has a tempo that is no number; expected beats a minute");
-    song_.beats_per_minute = *tempo;
-    has_tempo_ = true;
+  [[nodiscard]] double semitonesOf(const pugi::xml_node& transpose) const {
+    double semitones = 0;
+    if (transpose.child("chromatic")) semitones += number(transpose.child("chromatic"), "a transposition");
+    if (transpose.child("octave-change"))
+      semitones += 12 * number(transpose.child("octave-change"), "an octave change");
+    return semitones;
   }
 
-  /// Other voices, chords' upper notes and grace notes take no time of ours.
-  bool isOurs(const pugi::xml_node& note) {
-    if (note.child("chord") || note.child("grace") || note.child("cue")) return false;
-    const std::string voice =
-        note.child("voice") ? note.child_value("voice") : "1";  // a note that names none is of the first
-    if (!voice_) voice_ = voice;
-    return voice == *voice_;
+  static std::string verseName(const pugi::xml_node& lyric) { return lyric.attribute("number").as_string("1"); }
+  static bool isEarlierVerse(const std::string& a, const std::string& b) {
+    return std::pair(a.size(), a) < std::pair(b.size(), b);
+  }
+  /// Of a measure that has fewer verses the last one is sung again.
+  static std::string verseOf(const Measure& measure, std::size_t times_before) {
+    if (measure.verses.empty()) return "";
+    return measure.verses[std::min(times_before, measure.verses.size() - 1)];
   }
 
-  void readNote(const pugi::xml_node& note) {
-    if (!isOurs(note)) return;
-    if (!note.child("duration")) fail("has a note without duration; expected one");
-    const double beats = number(note.child("duration"), "a duration") / divisions_;
-    if (!(beats >= 0 && beats <= 1e4)) fail(fmt::format("has a note of {:g} beats", beats));
-    if (beats == 0) return;
-    if (note.child("rest")) return addRest(beats);
-    if (!note.child("pitch")) fail("has a note without pitch; expected a pitch or a rest");
-    addPitched(note, beats);
+  void readNote(const Placed& placed, Seconds length) {
+    const pugi::xml_node& note = placed.note;
+    if (note.child("rest")) return addRest(length);
+    if (!note.child("pitch") && !note.child("unpitched")) fail("has a note without pitch; expected a pitch or a rest");
+    const double midi_pitch = note.child("pitch") ? pitchOf(note.child("pitch")) + placed.transposed : kSpokenPitch;
+    addSung(note, midi_pitch, length);
   }
 
-  void addRest(double beats) {
-    song_.addRest(beats);
-    in_word_ = ties_open_ = false;
+  /// It is added when it is known that no word goes on behind it.
+  void addRest(Seconds length) {
+    rest_ += length;
+    ties_open_ = false;
   }
 
   double pitchOf(const pugi::xml_node& pitch) const {
@@ -122,54 +197,91 @@ class PartReader {
   /// A wavy line over a note, or the word in an ornament, is how notation programs write vibrato.
   static bool hasVibrato(const pugi::xml_node& note) {
     for (const pugi::xml_node& notations : note.children("notations")) {
-      if (notations.child("ornaments").child("wavy-line") || notations.child("technical").child("other-technical"))
-        return true;
+      if (notations.child("ornaments").child("wavy-line")) return true;
+      const std::string_view word = notations.child("technical").child_value("other-technical");
+      if (word.find("ibr") != std::string_view::npos) return true;
     }
     return false;
   }
 
-  void addPitched(const pugi::xml_node& note, double beats) {
+  void addSung(const pugi::xml_node& note, double midi_pitch, Seconds length) {
     bool ends_tie = false, begins_tie = false;
     for (const pugi::xml_node& tie : note.children("tie")) {
       const std::string_view type = tie.attribute("type").as_string();
       ends_tie |= type == "stop";
       begins_tie |= type == "start";
     }
-    const double midi_pitch = pitchOf(note.child("pitch"));
-    const std::string letters = lyricOf(note);
+    const std::vector<SungText> texts = textsOf(note);
     if (ends_tie && ties_open_) {
-      song_.tieNote(midi_pitch, beats, hasVibrato(note));
-    } else if (letters.empty() && song_.isResting()) {
-      song_.addRest(beats);  // without a word of its own: another instrument's
+      song_.tieNote(midi_pitch, length, hasVibrato(note));
+    } else if (!texts.empty()) {
+      for (const SungText& text : texts) {
+        beginSyllable(text, &text == &texts.front());
+        song_.addNote(midi_pitch, length / asReal(texts.size()), hasVibrato(note));
+      }
+    } else if (song_.isResting() || rest_ > 0) {
+      rest_ += length;  // without a word of its own: another instrument's
     } else {
-      if (!letters.empty()) beginSyllable(letters, note);
-      song_.addNote(midi_pitch, beats, hasVibrato(note));  // of a melisma where it has no letters
+      song_.addNote(midi_pitch, length, hasVibrato(note));  // of a melisma
     }
     ties_open_ = begins_tie && song_.hasWords();
   }
 
-  [[nodiscard]] std::string lyricOf(const pugi::xml_node& note) const {
-    std::string letters;
-    for (const pugi::xml_node& text : note.child("lyric").children("text"))
-      letters += wordLetters(text.child_value(), name_, place_);
-    return letters;
+  /// Words that share a note stand beside an elision, or beside a blank.
+  [[nodiscard]] std::vector<SungText> textsOf(const pugi::xml_node& note) const {
+    std::vector<SungText> texts;
+    const pugi::xml_node lyric = note.find_child([&](const pugi::xml_node& child) {
+      return std::strcmp(child.name(), "lyric") == 0 && verseName(child) == verse_;
+    });
+    pugi::xml_node syllabic;
+    bool is_apart = true;
+    for (const pugi::xml_node& child : lyric.children()) {
+      const std::string_view kind = child.name();
+      if (kind == "syllabic") syllabic = child;
+      if (kind == "elision") {
+        is_apart = true;
+        syllabic = {};
+      }
+      if (kind != "text") continue;
+      std::string spaced = child.child_value();
+      for (const std::string_view blank : {"\xC2\xA0", "\xE2\x80\xBF"}) {  // a hard one, and a tie below
+        for (std::size_t at = 0; (at = spaced.find(blank, at)) != std::string::npos;)
+          spaced.replace(at, blank.size(), " ");
+      }
+      std::vector<std::string_view> words;
+      splitFields(spaced, ' ', words);
+      for (const std::string_view word : words) {
+        const std::string letters = wordLetters(word, name_, place_);
+        is_apart |= &word != &words.front();
+        if (letters.find_first_not_of('\'') == std::string::npos) continue;
+        if (is_apart || texts.empty()) texts.push_back({"", syllabic});
+        texts.back().letters += letters;
+        is_apart = false;
+      }
+    }
+    return texts;
   }
 
-  void beginSyllable(const std::string& letters, const pugi::xml_node& note) {
-    const pugi::xml_node syllabic = note.child("lyric").child("syllabic");
-    const bool goes_on = in_word_ && (isText(syllabic, "middle") || isText(syllabic, "end"));
-    if (!goes_on) song_.beginWord();
-    song_.addText(letters);
+  void beginSyllable(const SungText& text, bool is_first) {
+    const bool in_middle = isText(text.syllabic, "middle"), ends = isText(text.syllabic, "end");
+    if (in_word_ && (in_middle || ends) && song_.hasWords()) {
+      if (rest_ > 0) song_.lengthenNote(rest_);  // sung through, as in all other kinds of songs
+    } else {
+      song_.addRest(rest_);
+      song_.beginWord();
+    }
+    rest_ = 0;
+    song_.addText(text.letters);
     song_.beginSyllable();
-    in_word_ = isText(syllabic, "begin") || isText(syllabic, "middle");
+    // Of words that share a note it is the last that goes on.
+    in_word_ = isText(text.syllabic, "begin") || in_middle || (!is_first && !text.syllabic && in_word_);
   }
 
   std::string_view name_;
-  std::string place_;
+  std::string place_, voice_, verse_;
   SongBuilder song_;
-  double divisions_ = 1;
-  std::optional<std::string> voice_;
-  bool has_tempo_ = false;
+  std::vector<Measure> measures_;
+  Seconds rest_ = 0;  ///< since the last note
   bool in_word_ = false;
   bool ties_open_ = false;
 };

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "base/unicode.h"
 #include "singing/kana_lyrics.h"
 #include "singing/song_builder.h"
 
@@ -20,10 +21,8 @@ constexpr Seconds kShortest = 0.02;
 std::string wordLetters(std::string_view text) {
   std::string letters = kanaOf(text);
   if (!letters.empty()) return letters;
-  const std::string lower = lowerCase(text);
-  for (std::size_t i = 0; i < lower.size(); ++i) {
-    if (std::string_view(lower).substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
-    if ((lower[i] >= 'a' && lower[i] <= 'z') || lower[i] == '\'') letters += lower[i];
+  for (const char c : lowerCase(toAscii(text))) {
+    if ((c >= 'a' && c <= 'z') || c == '\'') letters += c;
   }
   return letters;
 }
@@ -31,7 +30,15 @@ std::string wordLetters(std::string_view text) {
 std::string wordLetters(std::string_view text, std::string_view name, std::string_view place) {
   if (hasIdeographs(text))
     throw InputError(name, place, fmt::format("found the lyric '{}'; expected it in kana", printable(text, 60)));
-  return wordLetters(text);
+  if (hasKanaSigns(text)) return wordLetters(text);
+  const std::string plain = toAscii(text);
+  for (std::size_t at = 0; at < plain.size();) {
+    const auto sign = decodeUtf8(plain, at);
+    if (sign && *sign >= 0x80 && isWordSign(*sign))
+      throw InputError(name, place,
+                       fmt::format("found the lyric '{}'; expected Latin letters or kana", printable(text, 60)));
+  }
+  return wordLetters(plain);
 }
 
 Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_view name) {

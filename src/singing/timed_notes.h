@@ -22,9 +22,10 @@ struct TimedNote {
 /// within a word are sung through. Throws InputError, with `name` in front, for what cannot be sung.
 Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_view name);
 
-/// The kana of a lyric, or else its A to Z and apostrophes in lower case.
+/// The kana of a lyric, or else its A to Z and apostrophes in lower case; an accent is left out.
 std::string wordLetters(std::string_view text);
-/// The same. Throws InputError, with `name` and `place` in front, for ideographs, whose reading nobody tells.
+/// The same. Throws InputError, with `name` and `place` in front, for ideographs, whose reading nobody tells, and
+/// for other alphabets.
 std::string wordLetters(std::string_view text, std::string_view name, std::string_view place);
 
 }  // namespace mouthpiece
