@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/json_text.h"
 #include "corpus_tools/takes/head_tracking.h"
+#include "corpus_tools/takes/take_files.h"
 #include "corpus_tools/takes/take_report.h"
 #include "synthesis/curve_model.h"
 
@@ -21,7 +22,6 @@ namespace {
 constexpr double kFastestMarkerMmS = 2000;
 constexpr double kMissingShare = 0.05;
 constexpr Seconds kLengthTolerance = 0.1;
-constexpr double kLeastFaceMm = 40, kLargestFaceMm = 400;
 
 struct Facts {
   std::size_t words = 0, syllables = 0, phones = 0, samples = 0, missing = 0;

@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <set>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/statistics.h"
 #include "base/text_encoding.h"
 #include "hearing/times/times_file.h"
 #include "motion/formats/motion_file.h"
@@ -125,6 +128,36 @@ void expectEnoughMarkers(const MotionClip& face, const MotionClip& clip, const M
                   face.markerCount(), layout.name, fmt::join(firstFew(missing), ", ")));
 }
 
+/// Cameras' programs write 0 0 0 for a marker that was lost; none lies there to the last decimal.
+void hideLost(MotionClip& clip) {
+  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
+    for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
+      auto place = clip.positions_mm.block<1, 3>(frame, column);
+      if ((place.array() == 0).all()) place.setConstant(std::nan(""));
+    }
+  }
+}
+
+/// Of the frames that show most of the face.
+void expectFaceSize(const MotionClip& face, const std::string& file) {
+  std::vector<double> sizes;
+  for (std::size_t frame = 0; frame < face.frameCount(); ++frame) {
+    Eigen::AlignedBox3d box;
+    std::size_t seen = 0;
+    for (std::size_t marker = 0; marker < face.markerCount(); ++marker) {
+      if (!face.isSeen(FrameIndex(frame), MarkerIndex(marker))) continue;
+      box.extend(face.position(FrameIndex(frame), MarkerIndex(marker)));
+      ++seen;
+    }
+    if (asReal(seen) >= kLeastMarkerShare * asReal(face.markerCount())) sizes.push_back(box.sizes().maxCoeff());
+  }
+  const double size = median(sizes, kLeastFaceMm);
+  if (size >= kLeastFaceMm && size <= kLargestFaceMm) return;
+  throw InputError(file, "",
+                   fmt::format("shows a face of {:.3g} mm; expected {} to {}: its unit may be another one than it says",
+                               size, kLeastFaceMm, kLargestFaceMm));
+}
+
 void expectSameLength(const RawTake& take, const TakeFiles& files) {
   const Seconds end = take.labels.duration();
   const auto check = [&](const fs::path& path, Seconds duration) {
@@ -189,7 +222,10 @@ FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, cons
   MotionClip renamed = clip;
   for (std::string& name : renamed.marker_names) name = withoutSubject(name);
   FaceAndJig split{selectMarkers(renamed, layout.markerNames()), selectMarkers(renamed, layout.jig_names)};
+  hideLost(split.face);
+  hideLost(split.jig);
   expectEnoughMarkers(split.face, clip, layout, file);
+  expectFaceSize(split.face, file);
   return split;
 }
 

@@ -101,7 +101,11 @@ RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexic
 /// The same with a labeller of its own.
 RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexicon& lexicon);
 
-/// The layout's face markers and jig markers of any clip; a subject's prefix ("Anna:LIP_UP_MID") is ignored.
+/// From the highest marker to the lowest, or from side to side: what is smaller or larger is no face in mm.
+inline constexpr double kLeastFaceMm = 40, kLargestFaceMm = 400;
+
+/// The layout's face markers and jig markers of any clip; a sample at 0 0 0 was not seen, as many programs write it; a
+/// subject's prefix ("Anna:LIP_UP_MID") is ignored.
 /// Throws InputError, with `file` in front, that says what was found and expected, unless at least three quarters of
 /// the face markers are seen in some frame.
 struct FaceAndJig {

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "singing/timed_notes.h"
 
@@ -15,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostEvents = 1'000'000;
 constexpr int kText = 0x01, kTrackName = 0x03, kLyric = 0x05, kTempo = 0x51;
+constexpr unsigned kPercussion = 9;      // of General MIDI's channels
 constexpr double kUsualTempo = 500'000;  // microseconds a quarter
 
 using Tick = std::uint64_t;
@@ -24,10 +27,13 @@ struct TickNote {
   int pitch;
 };
 
-/// One track: its notes, in the order in which they end, and its words.
+/// The notes of one channel of a track by when they begin, of several at once the one that ends first.
+using Voice = std::map<Tick, TickNote>;
+
+/// One track: its voices by their channels, and its words. All of a file of format 0 is one track.
 struct Track {
   std::string name;
-  std::vector<TickNote> notes;
+  std::map<unsigned, Voice> voices;
   std::map<Tick, std::string> lyrics, texts;
 };
 
@@ -84,7 +90,7 @@ class MidiReader {
 
   void readTrack(std::size_t end) {
     Track& track = tracks_.emplace_back();
-    std::map<int, Tick> sounding;
+    Sounding sounding;
     Tick now = 0;
     std::uint8_t status = 0;
     while (reader_.position() < end) {
@@ -104,20 +110,25 @@ class MidiReader {
         } else if (status < 0x80) {
           reader_.fail("found data without a status");
         }
-        readChannel(status & 0xF0U, data, now, sounding, track);
+        readChannel(status, data, now, sounding, track);
       }
     }
   }
 
-  void readChannel(unsigned kind, int data, Tick now, std::map<int, Tick>& sounding, Track& track) {
+  /// When the notes that still sound began, by channel and pitch.
+  using Sounding = std::map<std::pair<unsigned, int>, Tick>;
+
+  void readChannel(unsigned status, int data, Tick now, Sounding& sounding, Track& track) {
+    const unsigned kind = status & 0xF0U, channel = status & 0x0FU;
     if (kind == 0xC0 || kind == 0xD0) return;
     const int value = reader_.readU8();
     if (kind != 0x80 && kind != 0x90) return;
-    if (const auto begun = sounding.find(data); begun != sounding.end()) {
-      track.notes.push_back({begun->second, now, data});
+    if (const auto begun = sounding.find({channel, data}); begun != sounding.end()) {
+      const TickNote note{begun->second, now, data};
+      if (isSung(note) && channel != kPercussion) track.voices[channel].emplace(note.start, note);
       sounding.erase(begun);
     }
-    if (kind == 0x90 && value > 0) sounding[data] = now;
+    if (kind == 0x90 && value > 0) sounding[{channel, data}] = now;
   }
 
   void readMeta(int kind, std::string_view data, Tick now, Track& track) {
@@ -131,7 +142,17 @@ class MidiReader {
     // Karaoke's headers (@T title) and marks of rhythm games ([play]) are no words.
     const bool is_mark = !data.empty() && (data[0] == '@' || data[0] == '[' || data[0] == '%');
     if ((kind == kLyric || kind == kText) && !data.empty() && !is_mark)
-      (kind == kLyric ? track.lyrics : track.texts)[now] += decodeText(data, reader_.fileName());
+      addText(kind == kLyric ? track.lyrics : track.texts, now, decodeText(data, reader_.fileName()));
+  }
+
+  /// A line's end that is an event of its own ends the word before.
+  static void addText(std::map<Tick, std::string>& words, Tick now, const std::string& text) {
+    const bool is_blank = text.find_first_not_of(" \r\n\t") == std::string::npos;
+    if (is_blank && !words.empty()) {
+      words.rbegin()->second += text;
+    } else if (!is_blank) {
+      words[now] += text;
+    }
   }
 
   /// Gives each change of the tempo its time.
@@ -152,8 +173,8 @@ class MidiReader {
     return secondsAfter(tempo, tick - start);
   }
 
-  /// Words and notes may stand in tracks of their own: the words are those of the track that has most of them, the
-  /// notes those of the track on which most of these words begin.
+  /// Words and notes may stand in tracks and channels of their own: the words are those of the track that has most of
+  /// them, the melody is the voice whose notes these words fit best: each has one, and few notes none.
   std::vector<TimedNote> timedNotes() const {
     const std::map<Tick, std::string>* words = nullptr;
     for (const Track& track : tracks_) {
@@ -162,14 +183,15 @@ class MidiReader {
     }
     if (words == nullptr || words->empty())
       throw InputError(reader_.fileName(), "", "holds no lyrics; expected a MIDI file with words on its notes");
-    const Track* melody = nullptr;
-    std::size_t most = 0;
+    const Voice* melody = nullptr;
+    double best = 0;
     for (const Track& track : tracks_) {
-      std::size_t met = 0;
-      for (const TickNote& note : track.notes) met += isSung(note) && words->contains(note.start) ? 1U : 0U;
-      if (met > most) {
-        most = met;
-        melody = &track;
+      for (const auto& [channel, voice] : track.voices) {
+        const double met = asReal(startsOfWords(voice, *words).size());
+        const double fit = met / (asReal(words->size()) + asReal(voice.size()) - met);
+        if (fit <= best) continue;
+        best = fit;
+        melody = &voice;
       }
     }
     if (melody == nullptr)
@@ -181,32 +203,65 @@ class MidiReader {
   /// Phrase and percussion marks of rhythm games lie above and below any voice.
   static bool isSung(const TickNote& note) { return note.pitch >= 28 && note.pitch <= 96; }
 
-  std::vector<TimedNote> withWords(const Track& melody, const std::map<Tick, std::string>& words) const {
-    const bool by_blanks = std::any_of(words.begin(), words.end(), [](const auto& word) {
+  /// The word on each note that has one: the nearest, at most a sixteenth away; players' words are not on the tick.
+  std::map<Tick, Tick> startsOfWords(const Voice& voice, const std::map<Tick, std::string>& words) const {
+    std::map<Tick, Tick> word_of;
+    const auto distance = [](Tick a, Tick b) { return a < b ? b - a : a - b; };
+    for (const auto& [word, text] : words) {
+      auto nearest = voice.lower_bound(word);
+      if (nearest == voice.end() ||
+          (nearest != voice.begin() && distance(std::prev(nearest)->first, word) < distance(nearest->first, word))) {
+        if (nearest == voice.begin()) break;
+        --nearest;
+      }
+      if (distance(nearest->first, word) > division_ / 4) continue;
+      const auto [known, is_new] = word_of.try_emplace(nearest->first, word);
+      if (!is_new && distance(known->second, nearest->first) > distance(word, nearest->first)) known->second = word;
+    }
+    return word_of;
+  }
+
+  /// A word that begins where a note goes on parts it.
+  Voice partedByWords(Voice voice, const std::map<Tick, std::string>& words) const {
+    std::set<Tick> placed;
+    for (const auto& [note, word] : startsOfWords(voice, words)) placed.insert(word);
+    for (const auto& [word, text] : words) {
+      const auto next = voice.upper_bound(word);
+      if (placed.contains(word) || wordLetters(text).empty() || next == voice.begin()) continue;
+      TickNote& note = std::prev(next)->second;
+      if (word - note.start <= division_ / 4 || word + division_ / 8 >= note.end) continue;
+      voice.emplace(word, TickNote{word, note.end, note.pitch});
+      note.end = word;
+    }
+    return voice;
+  }
+
+  std::vector<TimedNote> withWords(const Voice& melody, const std::map<Tick, std::string>& words) const {
+    constexpr std::string_view kBlanks = " \r\n\t";
+    const auto isBlank = [&](char c) { return kBlanks.find(c) != std::string_view::npos; };
+    const auto beginsWord = [&](char c) { return isBlank(c) || c == '/' || c == '\\'; };
+    const bool by_blanks = std::any_of(words.begin(), words.end(), [&](const auto& word) {
       if (word.second.size() < 2) return false;  // of text in UTF-16 its mark alone leaves nothing
-      const char first = word.second.front();
-      return first == ' ' || first == '/' || first == '\\' || word.second.back() == ' ';
+      return beginsWord(word.second.front()) || isBlank(word.second.back());
     });
+    const Voice parted = partedByWords(melody, words);
+    const std::map<Tick, Tick> word_of = startsOfWords(parted, words);
     std::vector<TimedNote> notes;
     bool joins_next = false, ends_word = true;
-    std::map<Tick, const TickNote*> by_start;
-    for (const TickNote& note : melody.notes) {
-      if (isSung(note)) by_start.emplace(note.start, &note);
-    }
-    for (const auto& [start, note] : by_start) {
+    for (const auto& [start, note] : parted) {
       TimedNote& sung = notes.emplace_back();
-      sung.span = {secondsAt(start), secondsAt(note->end)};
-      sung.midi_pitch = note->pitch;
-      const auto word = words.find(start);
-      if (word == words.end()) continue;
-      const std::string_view text = trimmedMarks(word->second);
+      sung.span = {secondsAt(start), secondsAt(note.end)};
+      sung.midi_pitch = note.pitch;
+      const auto word = word_of.find(start);
+      if (word == word_of.end()) continue;
+      const std::string& written = words.at(word->second);
+      const std::string_view text = trimmedMarks(written);
       sung.text = text;
       if (wordLetters(text).empty()) continue;  // "+": a melisma
-      const char first = word->second.front();
-      const bool begins = !by_blanks ? !joins_next : first == ' ' || first == '/' || first == '\\' || ends_word;
+      const bool begins = !by_blanks ? !joins_next : beginsWord(written.front()) || ends_word;
       sung.goes_on = notes.size() > 1 && !begins;
       joins_next = text.ends_with('-') || text.ends_with('=');
-      ends_word = word->second.back() == ' ';
+      ends_word = isBlank(written.back());
     }
     return notes;
   }

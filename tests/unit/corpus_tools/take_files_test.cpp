@@ -84,6 +84,24 @@ TEST(SplitMarkers, SubjectsAreIgnoredAndJigsApart) {
   EXPECT_FALSE(split.jig.isSeen(FrameIndex(0), MarkerIndex(1)));
 }
 
+TEST(SplitMarkers, AMarkerAtZeroWasNotSeen) {
+  MotionClip clip = SyntheticTake{}.raw().face;
+  clip.positions_mm.block<1, 3>(2, 3).setZero();
+  clip.positions_mm(3, 3) = 0;
+  const FaceAndJig split = splitMarkers(clip, defaultLayout(), "take.trc");
+  EXPECT_FALSE(split.face.isSeen(FrameIndex(2), MarkerIndex(1)));
+  EXPECT_TRUE(split.face.isSeen(FrameIndex(3), MarkerIndex(1))) << "one axis at zero is a place";
+}
+
+TEST(SplitMarkers, AFaceInMetresIsNoFaceInMillimetres) {
+  MotionClip clip = SyntheticTake{}.raw().face;
+  clip.positions_mm /= 1000;
+  const std::string small = complaintOf([&] { splitMarkers(clip, defaultLayout(), "take.csv"); });
+  EXPECT_TRUE(holds(small, "take.csv: shows a face of 0.")) << small;
+  clip.positions_mm *= 10'000;
+  EXPECT_TRUE(holds(complaintOf([&] { splitMarkers(clip, defaultLayout(), "take.csv"); }), "expected 40 to 400"));
+}
+
 TEST(SplitMarkers, SaysWhatWasFoundAndExpected) {
   MotionClip clip = SyntheticTake{}.raw().face;
   for (std::string& name : clip.marker_names) name = "X_" + name;

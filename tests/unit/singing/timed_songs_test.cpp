@@ -19,7 +19,9 @@ class Midi {
     track_ += data;
     return *this;
   }
-  Midi& word(std::string_view text) { return meta(0, 5, text); }
+  Midi& word(std::string_view text, int delta = 0) { return meta(delta, 5, text); }
+  Midi& on(int pitch, int channel = 0) { return event(0, 0x90 + channel, pitch, 0x40); }
+  Midi& off(int pitch, int delta, int channel = 0) { return event(delta, 0x80 + channel, pitch, 0); }
   Midi& note(int pitch, int ticks, int rest = 0) {
     track_ += {'\0', '\x90', static_cast<char>(pitch), '\x40'};
     length(ticks);
@@ -39,6 +41,11 @@ class Midi {
   }
 
  private:
+  Midi& event(int delta, int status, int pitch, int value) {
+    length(delta);
+    track_ += {static_cast<char>(status), static_cast<char>(pitch), static_cast<char>(value)};
+    return *this;
+  }
   void length(int ticks) {
     if (ticks >= 128) track_ += static_cast<char>(0x80 | ticks >> 7);
     track_ += static_cast<char>(ticks & 0x7F);
@@ -94,6 +101,49 @@ TEST(MidiSong, KaraokesWordsAreToldByBlanks) {
                                 .note(67, 480)
                                 .bytes();
   EXPECT_EQ(wordsOf(parseMidi(bytes, "a.kar")), "twinkle/2 little/2 star/1");
+}
+
+TEST(MidiSong, WordsMayBeBesideTheirNotes) {
+  const std::string bytes = Midi()
+                                .word("one ", 10)
+                                .note(60, 470)
+                                .word("two ", 470)
+                                .note(62, 480, 8)
+                                .word("three ", 500)
+                                .note(64, 480, 9)
+                                .bytes();
+  EXPECT_EQ(wordsOf(parseMidi(bytes, "a.kar")), "one/1 two/1 three/1");
+}
+
+TEST(MidiSong, AWordPartsANoteThatGoesOn) {
+  const std::string bytes = Midi().word("hap").on(60).word("py ", 480).off(60, 480).bytes();
+  const Song song = parseMidi(bytes, "a.kar");
+  ASSERT_EQ(wordsOf(song), "happy/2");
+  EXPECT_NEAR(song.words[0].syllables[1].notes[0].span.start, 0.5, 1e-6);
+}
+
+TEST(MidiSong, ALinesEndEndsAWord) {
+  EXPECT_EQ(
+      wordsOf(parseMidi(Midi().word("lit").note(60, 480).word("tle\r").note(60, 480).word("star").note(60, 480).bytes(),
+                        "a.kar")),
+      "little/2 star/1");
+  EXPECT_EQ(
+      wordsOf(parseMidi(
+          Midi().word("a ").note(60, 480).word("lit").note(60, 470).word("\r", 10).word("star").note(60, 480).bytes(),
+          "a.kar")),
+      "a/1 lit/1 star/1");
+}
+
+TEST(MidiSong, TheMelodyIsAChannelOfItsOwn) {
+  // All in one track, as format 0 has it: drums on every word, chords that end first, and the melody.
+  Midi file;
+  for (const char* word : {"one ", "two ", "three "}) {
+    file.word(word).on(36, 9).on(48, 1).on(52, 1).on(64, 3).off(48, 120, 1).off(52, 0, 1).off(36, 0, 9);
+    file.on(48, 1).off(48, 120, 1).off(64, 240, 3);
+  }
+  const Song song = parseMidi(file.bytes(), "a.mid");
+  ASSERT_EQ(wordsOf(song), "one/1 two/1 three/1");
+  for (const Note& note : song.notes()) EXPECT_NEAR(note.hz, hzOfMidiPitch(64), 1e-9);
 }
 
 TEST(MidiSong, TheTempoMayChange) {
