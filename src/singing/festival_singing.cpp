@@ -30,6 +30,9 @@ constexpr std::string_view kCountsFile = "syllables.txt";
 constexpr Seconds kVibratoStep = 0.02, kVibratoRise = 0.3;
 constexpr double kMostSteps = 400;  // of one note: Festival's lists are recursive
 
+/// kal's singing mode crashes above 500 Hz: B4 is sung, C5 is not.
+constexpr double kHighestHz = 495;
+
 /// A token is a word, said as its first entry: neither numbers nor abbreviations nor parts of speech change the count
 /// of syllables.
 constexpr std::string_view kPlainWords = R"scheme(
@@ -142,6 +145,22 @@ void putBack(const Song& song, FestivalUtterance& utterance) {
       phones[i][k]->ipa = said.ipa[k];
     }
   }
+}
+
+/// By how many octaves a song must be lower for kal to sing it.
+int octavesTooHigh(const Song& song) {
+  double highest = 0;
+  for (const Note& note : song.notes()) highest = std::max(highest, note.hz);
+  return std::max(0, static_cast<int>(std::ceil(std::log2(highest / kHighestHz))));
+}
+
+Song lowered(Song song, int octaves) {
+  for (SongWord& word : song.words) {
+    for (Syllable& syllable : word.syllables) {
+      for (Note& note : syllable.notes) note.hz = std::ldexp(note.hz, -octaves);
+    }
+  }
+  return song;
 }
 
 /// One run of Festival in a private folder.
@@ -283,7 +302,8 @@ SungLine singWithFestival(const Song& written, const SingingOptions& options) {
   const std::vector<std::size_t> counts = syllableCounts(festival, start, song.words.size());
   checkPronounced(written, counts);
   const Song fitted = withSyllables(song, counts);
-  writeFileAtomically(festival.file(kFestivalTextFile), festivalSingingXml(fitted, options.vibrato));
+  const int octaves = octavesTooHigh(fitted);
+  writeFileAtomically(festival.file(kFestivalTextFile), festivalSingingXml(lowered(fitted, octaves), options.vibrato));
   const std::string sing =
       replaced(job.substr(labels_begin), "(list utt.synth ", "(list utt.synth mouthpiece-join-all ");
   festival.run(start + std::string(kFix) + std::string(kHold) + sing, std::string(kFestivalLabelsFile));
@@ -293,7 +313,12 @@ SungLine singWithFestival(const Song& written, const SingingOptions& options) {
     putBack(written, utterance);
     builder.add(readAudio(festival.file(festivalWaveFile(number++))), std::move(utterance.phones), utterance.words);
   }
-  return {builder.build(text, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
+  SungLine sung{builder.build(text, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
+  if (octaves > 0) {
+    sung.notices.push_back(fmt::format("the voice sings up to B4: it is heard {} lower than written",
+                                       octaves == 1 ? "an octave" : fmt::format("{} octaves", octaves)));
+  }
+  return sung;
 }
 
 }  // namespace mouthpiece

@@ -170,6 +170,15 @@ TEST_F(SungLineTest, NotesAreSungAtTheirTimes) {
   EXPECT_NEAR(*high - *low, 1.0, 0.35) << "twice half a semitone";
 }
 
+TEST_F(SungLineTest, WhatIsTooHighForTheVoiceIsSungLower) {
+  const SungLine high = singSong(SungWords().word("star", {{{1047, 0.6}}}).word("me", {{{494, 0.6}}}).song());
+  ASSERT_EQ(high.tags.notes.size(), 2U);
+  EXPECT_DOUBLE_EQ(high.tags.notes[0].hz, 1047) << "what the face sings is what is written";
+  ASSERT_EQ(high.notices.size(), 1U);
+  EXPECT_NE(high.notices[0].find("2 octaves lower"), std::string::npos);
+  EXPECT_TRUE(singSong(SungWords().word("me", {{{494, 0.6, true}}}).song()).notices.empty()) << "B4 is sung";
+}
+
 TEST_F(SungLineTest, NamesTheWordItCannotSay) {
   try {
     singSong(SungWords().word("o'er", {{{200, 1}}}).song());
