@@ -128,6 +128,24 @@ void expectEnoughMarkers(const MotionClip& face, const MotionClip& clip, const M
                   face.markerCount(), layout.name, fmt::join(firstFew(missing), ", ")));
 }
 
+/// Two people in one capture would become one face of both. `clip` has its markers without their subjects.
+void expectOneSubject(const MotionClip& clip, const MotionClip& captured, const MarkerLayout& layout,
+                      const std::string& file) {
+  const std::vector<std::string> face = layout.markerNames();
+  std::map<std::string, std::string> whole_names;
+  for (std::size_t i = 0; i < clip.markerCount(); ++i) {
+    const auto [known, is_new] = whole_names.try_emplace(clip.marker_names[i], captured.marker_names[i]);
+    const auto isIt = [&](const std::string& name) { return name == known->first; };
+    if (is_new || !(std::any_of(face.begin(), face.end(), isIt) ||
+                    std::any_of(layout.jig_names.begin(), layout.jig_names.end(), isIt)))
+      continue;
+    throw InputError(file, "",
+                     fmt::format("has two markers {} ('{}' and '{}'); expected one person, exported alone",
+                                 printable(known->first, 40), printable(known->second, 40),
+                                 printable(captured.marker_names[i], 40)));
+  }
+}
+
 /// Cameras' programs write 0 0 0 for a marker that was lost; none lies there to the last decimal.
 void hideLost(MotionClip& clip) {
   for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
@@ -221,6 +239,7 @@ void renameMarkers(MotionClip& clip, const MarkerNameMap& names) {
 FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, const std::string& file) {
   MotionClip renamed = clip;
   for (std::string& name : renamed.marker_names) name = withoutSubject(name);
+  expectOneSubject(renamed, clip, layout, file);
   FaceAndJig split{selectMarkers(renamed, layout.markerNames()), selectMarkers(renamed, layout.jig_names)};
   hideLost(split.face);
   hideLost(split.jig);

@@ -84,6 +84,17 @@ TEST(SplitMarkers, SubjectsAreIgnoredAndJigsApart) {
   EXPECT_FALSE(split.jig.isSeen(FrameIndex(0), MarkerIndex(1)));
 }
 
+TEST(SplitMarkers, TwoPeopleAreNotOne) {
+  MotionClip clip = SyntheticTake{}.raw().face;
+  clip.marker_names.push_back("Bob:CHIN_MID");
+  clip.positions_mm.conservativeResize(Eigen::NoChange, clip.positions_mm.cols() + 3);
+  clip.positions_mm.rightCols(3).setConstant(900);
+  const std::string two = complaintOf([&] { splitMarkers(clip, defaultLayout(), "take.c3d"); });
+  EXPECT_TRUE(holds(two, "take.c3d: has two markers CHIN_MID ('CHIN_MID' and 'Bob:CHIN_MID')")) << two;
+  clip.marker_names.back() = "Bob:KNEE";
+  EXPECT_EQ(splitMarkers(clip, defaultLayout(), "take.c3d").face.markerCount(), 66U);
+}
+
 TEST(SplitMarkers, AMarkerAtZeroWasNotSeen) {
   MotionClip clip = SyntheticTake{}.raw().face;
   clip.positions_mm.block<1, 3>(2, 3).setZero();
