@@ -149,9 +149,9 @@ void putBack(const Song& song, FestivalUtterance& utterance) {
 
 /// By how many octaves a song must be lower for kal to sing it.
 int octavesTooHigh(const Song& song) {
-  double highest = 0;
+  double highest = kHighestHz;
   for (const Note& note : song.notes()) highest = std::max(highest, note.hz);
-  return std::max(0, static_cast<int>(std::ceil(std::log2(highest / kHighestHz))));
+  return static_cast<int>(std::ceil(std::log2(highest / kHighestHz)));
 }
 
 Song lowered(Song song, int octaves) {
