@@ -53,12 +53,6 @@ std::optional<ObjCorner> cornerOf(std::string_view word, const ObjCounts& counts
   return corner;
 }
 
-std::string textOf(const ObjFace& face) {
-  std::string text = "f";
-  for (const ObjCorner& corner : face) text += fmt::format(" {}{}", corner.vertex + 1, corner.rest);
-  return text + '\n';
-}
-
 class GrownObj {
  public:
   GrownObj(std::string_view obj, std::string_view file, const FaceMesh& given, const GrownMesh& grown)
@@ -76,50 +70,58 @@ class GrownObj {
   }
 
   std::string made() && {
-    expectSameVertices();
+    findCut();
     out_.reserve(obj_.size() + obj_.size() / 8);
     ObjCounts counts{};
+    std::size_t faces = 0;
     for (ObjLines lines(obj_); lines.next();) {
       std::string_view line = lines.text();
       const std::string_view keyword = takeObjWord(line);
       if (keyword == "v") {
         addVertex(lines.bytes(), counts[0], line);
-        if (++counts[0] == given_.vertexCount()) addNewVertices();
-      } else if (keyword == "f") {
-        addFace(lines, counts, line);
+        if (++counts[0] == vertices_before_) addNewVertices();
+      } else if (keyword == "f" || keyword == "l" || keyword == "p") {
+        addElement(keyword, lines, counts, line);
+        if (keyword == "f" && ++faces == faces_before_parts_) addParts();
       } else {
         counts[1] += keyword == "vt" ? 1U : 0U;
         counts[2] += keyword == "vn" ? 1U : 0U;
-        for (std::size_t i = 0; i < kStates.size(); ++i) {
-          if (keyword == kStates[i]) states_[i] = lines.text();
-        }
+        if (keyword == "g") group_ = lines.text();
+        if (keyword == "usemtl") material_ = lines.text();
         out_ += lines.bytes();
       }
     }
-    closeLine();
-    out_ += late_;
-    addParts();
     return std::move(out_);
   }
 
  private:
-  static constexpr std::array<std::string_view, 4> kStates{"o", "g", "usemtl", "s"};
-  using States = std::array<std::string, kStates.size()>;  ///< the last line of each
-
   /// The file's own vertex that a new one looks like.
   [[nodiscard]] std::uint32_t rootOf(std::uint32_t vertex) const {
     while (vertex >= given_.vertexCount()) vertex = grown_.parents[vertex - given_.vertexCount()];
     return vertex;
   }
 
-  void expectSameVertices() const {
-    std::size_t count = 0;
+  /// Where the new vertices and parts go: into the object that is cut, or, where no face is, to the end.
+  void findCut() {
+    ObjCounts counts{};
+    std::size_t faces = 0;
     for (ObjLines lines(obj_); lines.next();) {
       std::string_view line = lines.text();
-      count += takeObjWord(line) == "v" ? 1U : 0U;
+      const std::string_view keyword = takeObjWord(line);
+      counts[0] += keyword == "v" ? 1U : 0U;
+      if (keyword != "f") continue;
+      ++faces;
+      for (std::string_view word = takeObjWord(line); !word.empty(); word = takeObjWord(line)) {
+        const std::optional<ObjCorner> corner = cornerOf(word, counts);
+        if (!corner || corner->vertex >= given_.vertexCount() || !is_replaced_[corner->vertex]) continue;
+        if (vertices_before_ == 0) vertices_before_ = counts[0];
+        faces_before_parts_ = faces;
+      }
     }
-    if (count != given_.vertexCount())
-      throw InputError(file_, "", fmt::format("has {} vertices; expected {}", count, given_.vertexCount()));
+    if (counts[0] != given_.vertexCount())
+      throw InputError(file_, "", fmt::format("has {} vertices; expected {}", counts[0], given_.vertexCount()));
+    if (vertices_before_ == 0) vertices_before_ = counts[0];
+    if (faces_before_parts_ == 0) faces_before_parts_ = faces;
   }
 
   void closeLine() {
@@ -150,41 +152,41 @@ class GrownObj {
       writeVertex(signedIndex(given_.vertexCount() + i), tails_.at(rootOf(grown_.parents[i])));
   }
 
-  void addFace(const ObjLines& lines, const ObjCounts& counts, std::string_view line) {
+  /// Its number in the text that is written, from 1.
+  [[nodiscard]] std::size_t numberInText(std::uint32_t vertex) const {
+    if (vertex < vertices_before_) return vertex + 1U;
+    return vertex < given_.vertexCount() ? vertex + grown_.parents.size() + 1
+                                         : vertex - given_.vertexCount() + vertices_before_ + 1;
+  }
+
+  void write(std::string_view keyword, const ObjFace& face) {
+    closeLine();
+    out_ += keyword;
+    for (const ObjCorner& corner : face) out_ += fmt::format(" {}{}", numberInText(corner.vertex), corner.rest);
+    out_ += '\n';
+  }
+
+  /// A face, a line or points.
+  void addElement(std::string_view keyword, const ObjLines& lines, const ObjCounts& counts, std::string_view line) {
     ObjFace face;
-    bool is_relative = false, is_touched = false;
+    bool is_relative = false, is_touched = false, is_behind = false;
     for (std::string_view word = takeObjWord(line); !word.empty(); word = takeObjWord(line)) {
       const std::optional<ObjCorner> corner = cornerOf(word, counts);
-      if (!corner) throw InputError(file_, std::to_string(lines.number()), "has a face of vertices that are not there");
+      if (!corner) throw InputError(file_, std::to_string(lines.number()), "names vertices that are not there");
       is_relative = is_relative || word.starts_with('-');
       is_touched = is_touched || is_replaced_[corner->vertex];
-      looks_.try_emplace(corner->vertex, corner->rest.substr(0, corner->rest.find('/', 1)));
+      is_behind = is_behind || corner->vertex >= vertices_before_;
+      if (keyword == "f") looks_.try_emplace(corner->vertex, corner->rest.substr(0, corner->rest.find('/', 1)));
       face.push_back(*corner);
     }
-    const bool has_all_vertices = counts[0] == given_.vertexCount();
-    const std::vector<ObjFace> faces = is_touched ? cutFaces(face) : std::vector<ObjFace>(1, face);
-    const bool is_as_it_was = faces.size() == 1 && faces[0] == face;
-    if (!is_as_it_was) cut_states_ = states_;
-    // A number that is counted back from the latest vertex would be another one's behind the new ones.
-    if (is_as_it_was && !(is_relative && has_all_vertices)) {
+    const std::vector<ObjFace> faces = is_touched && keyword == "f" ? cutFaces(face) : std::vector<ObjFace>(1, face);
+    // A number that is counted back from the latest vertex may be another one's behind the new ones.
+    const bool is_renumbered = is_behind || (is_relative && counts[0] >= vertices_before_);
+    if (faces.size() == 1 && faces[0] == face && !is_renumbered) {
       out_ += lines.bytes();
       return;
     }
-    std::string text;
-    for (const ObjFace& made : faces) text += textOf(made);
-    closeLine();
-    if (has_all_vertices) {
-      out_ += text;
-    } else {  // no face comes before its vertices
-      addStates(states_, late_);
-      late_ += text;
-    }
-  }
-
-  static void addStates(const States& states, std::string& to) {
-    for (const std::string& state : states) {
-      if (!state.empty()) to += state + '\n';
-    }
+    for (const ObjFace& made : faces) write(keyword, made);
   }
 
   /// A face as its triangles are now: with other corners, or, where they have come apart, its triangles.
@@ -224,13 +226,13 @@ class GrownObj {
     return found != by_corners_.end() && found->first == corners ? std::optional(found->second) : std::nullopt;
   }
 
-  /// Parts that the given mesh has not, in the object that was cut, with the texture coordinates that their vertices go
-  /// with.
+  /// Parts that the given mesh has not, with the texture coordinates that their vertices go with.
   void addParts() {
+    closeLine();
     for (std::size_t p = given_.parts.size(); p < grown_.mesh.parts.size(); ++p) {
       const MeshPart& part = grown_.mesh.parts[p];
-      if (!cut_states_[0].empty() && cut_states_[0] != states_[0]) out_ += cut_states_[0] + '\n';
-      out_ += fmt::format("g {0}\nusemtl {0}\n", part.name);
+      out_ += fmt::format("g {}\n", part.name);
+      if (!material_.empty()) out_ += fmt::format("usemtl {}\n", part.name);
       for (const Triangle& triangle : trianglesOf(grown_.mesh, part)) {
         ObjFace face;
         for (const std::uint32_t vertex : triangle) {
@@ -240,9 +242,11 @@ class GrownObj {
         const bool has_looks =
             std::all_of(face.begin(), face.end(), [](const ObjCorner& corner) { return corner.rest.size() > 1; });
         for (ObjCorner& corner : face) corner.rest = has_looks ? corner.rest : "";
-        out_ += textOf(face);
+        write("f", face);
       }
     }
+    out_ += group_.empty() ? "g\n" : group_ + '\n';
+    if (!material_.empty()) out_ += material_ + '\n';
   }
 
   std::string_view obj_, file_;
@@ -252,8 +256,10 @@ class GrownObj {
   std::vector<std::pair<Triangle, std::size_t>> by_corners_;  ///< the given triangles, corners rising; their numbers
   std::map<std::uint32_t, std::string> tails_;                ///< of vertices that new ones look like
   std::map<std::uint32_t, std::string> looks_;                ///< "/7", the first texture coordinate of each vertex
-  States states_, cut_states_;
-  std::string out_, late_;
+  std::size_t vertices_before_ = 0;                           ///< of the file's, those before the new ones
+  std::size_t faces_before_parts_ = 0;                        ///< of the file's
+  std::string group_, material_;                              ///< the last line of each
+  std::string out_;
 };
 
 }  // namespace

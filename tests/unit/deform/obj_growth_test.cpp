@@ -25,7 +25,7 @@ const std::string kFaces =
 /// `given` with vertex 4 doubled for the triangles that are wholly below the middle row, both `apart` from where it
 /// was, and a part on the new vertex.
 GrownMesh cutInTheMiddle(const FaceMesh& given, float apart) {
-  GrownMesh grown{given, {4, 9}};
+  GrownMesh grown{given, {4, static_cast<std::uint32_t>(given.vertexCount())}};
   const auto old = static_cast<Eigen::Index>(given.vertexCount());
   grown.mesh.vertices.conservativeResize(old + 2, Eigen::NoChange);
   grown.mesh.vertices.row(old) << 1, 1 - apart, 0;
@@ -53,7 +53,7 @@ TEST(GrownObj, KeepsWhatNothingChanges) {
       "# from a modeller\r\nmtllib head.mtl\no face\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 2 0 0 1 0 0\nv 0 1 0 0 1 0\nv 1 "
       "1.25 0 0 1 0\nv 2 1 0 0 1 0\nv 0 2 0 0 0 1\nv 1 2 0 0 0 1\nv 2 2 0 0 0 1\nv 1 0.75 0 0 1 0\nv 1 0.5 -1 0 1 "
       "0\nvt 0 0\nvt 1 1\nvn 0 0 1\nusemtl skin of face\ns 1\nf 1/1/1 2/2/1 10/2/1 4/1/1\nf 2 3 6 10\nf 4//1 5//1 "
-      "8//1 7//1\nf 5 6 9 8\ng mouth_inside\nusemtl mouth_inside\nf 5/2 10/2 11/2\n");
+      "8//1 7//1\nf 5 6 9 8\ng mouth_inside\nusemtl mouth_inside\nf 5/2 10/2 11/2\ng\nusemtl skin of face\n");
 }
 
 /// What is written is read as the mesh that was grown; a quadrilateral whose corner has moved might have the other two
@@ -76,13 +76,15 @@ TEST(GrownObj, CountsBackFromTheLatestVertexAsBefore) {
   expectGrown(kVertices + "f -9 -8 -5 -6\nf 2 3 6 5\nf -6/-2 -5/-1 -2/-1 -3/-2\nf 5 6 9 8");
 }
 
-TEST(GrownObj, PutsNoFaceBeforeItsVertices) {
-  const std::string early =
-      "o low\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\ng lips\nf 1 2 5 4\nf 2 3 6 5\no high\nv "
-      "0 2 0\nv 1 2 0\nv 2 2 0\nf 4 5 8 7\nf 5 6 9 \\\n8\n";
-  expectGrown(early);
-  const std::string text = cut(early, 0);
-  EXPECT_LT(text.find("v 1 0.5 -1"), text.find("o low\ng lips\nf 1 2 10 4")) << text;
+/// As Blender writes objects: each with its vertices, its faces, a material.
+TEST(GrownObj, StaysInItsObjectAndCountsLaterOnesOn) {
+  const std::string head = "o Head\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n";
+  const std::string eye =
+      "o Eye\nv 5 5 5\nv 6 5 5\nv 5 6 5\nusemtl eye\nf 10 11 12\nl 10 12\np 1 11\nf -3 -2 -1\nf -12 -11 -9\n";
+  EXPECT_EQ(cut(head + "f 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\nf 5 6 9 \\\n8\n" + eye, 0),
+            head +
+                "v 1 1 0\nv 1 0.5 -1\nf 1 2 10 4\nf 2 3 6 10\nf 4 5 8 7\nf 5 6 9 \\\n8\ng mouth_inside\nf 5 10 11\ng\n"
+                "o Eye\nv 5 5 5\nv 6 5 5\nv 5 6 5\nusemtl eye\nf 12 13 14\nl 12 14\np 1 13\nf 12 13 14\nf 1 2 4\n");
 }
 
 TEST(GrownObj, PartsAFaceWhoseTrianglesComeApart) {
