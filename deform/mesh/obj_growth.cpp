@@ -69,7 +69,7 @@ class GrownObj {
     for (const std::uint32_t parent : grown.parents) tails_[rootOf(parent)];
   }
 
-  std::string made() && {
+  GrownObjText made() && {
     findCut();
     out_.reserve(obj_.size() + obj_.size() / 8);
     ObjCounts counts{};
@@ -91,7 +91,7 @@ class GrownObj {
         out_ += lines.bytes();
       }
     }
-    return std::move(out_);
+    return {std::move(out_), vertices_before_};
   }
 
  private:
@@ -264,7 +264,7 @@ class GrownObj {
 
 }  // namespace
 
-std::string grownObj(std::string_view obj, std::string_view file, const FaceMesh& given, const GrownMesh& grown) {
+GrownObjText grownObj(std::string_view obj, std::string_view file, const FaceMesh& given, const GrownMesh& grown) {
   return GrownObj(obj, file, given, grown).made();
 }
 

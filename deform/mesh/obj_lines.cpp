@@ -9,6 +9,7 @@ constexpr std::string_view kMark = "\xEF\xBB\xBF";
 
 /// A backslash at its end says that the next line belongs to it; a comment may end in one ("C:\\work\\").
 bool goesOn(std::string_view line) {
+  while (!line.empty() && isObjBlank(line.front())) line.remove_prefix(1);
   if (line.starts_with('#')) return false;
   if (line.ends_with('\r')) line.remove_suffix(1);
   return line.ends_with('\\');

@@ -116,9 +116,10 @@ pid_t startChild(const fs::path& program, const std::vector<std::string>& argume
   argument_strings.insert(argument_strings.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment_strings{"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=" + folder.string(),
                                                "TMPDIR=" + folder.string(), "LC_ALL=C"};
-  // Who stays to answer has much memory: in large pages a network's start and first answer take 0.45 s, not 0.53. What it
-  // frees goes back at once: kept, it grew by a tenth in minutes.
-  if (answers >= 0) environment_strings.emplace_back("GLIBC_TUNABLES=glibc.malloc.hugetlb=1:glibc.malloc.trim_threshold=131072");
+  // Who stays to answer has much memory: in large pages a network's start and first answer take 0.45 s, not 0.53. What
+  // it frees goes back at once: kept, it grew by a tenth in minutes.
+  if (answers >= 0)
+    environment_strings.emplace_back("GLIBC_TUNABLES=glibc.malloc.hugetlb=1:glibc.malloc.trim_threshold=131072");
   auto argv = pointersTo(argument_strings);
   auto environment = pointersTo(environment_strings);
   const SpawnActions actions(folder, input, output, answers);
@@ -223,7 +224,7 @@ fs::path temporaryFolder() {
 
 PrivateFolder::PrivateFolder() {
   const fs::path base = temporaryFolder();
-  sweepLeftovers(base, std::string(kFolderPrefix), "");
+  sweepLeftovers(base, std::string(kFolderPrefix), "", LeftoverKind::kFolder);
   std::string pattern = fs::absolute(base / kFolderPrefix).string() + "XXXXXX";
   unfinished_.emplace([&] {
     if (::mkdtemp(pattern.data()) == nullptr) {

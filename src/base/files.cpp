@@ -50,7 +50,7 @@ class TemporaryFile {
  public:
   explicit TemporaryFile(const fs::path& final_path) : mode_(modeOfReplaced(final_path)) {
     const std::string prefix = "." + final_path.filename().string() + ".";
-    sweepLeftovers(final_path.parent_path(), prefix, std::string(kTemporarySuffix));
+    sweepLeftovers(final_path.parent_path(), prefix, std::string(kTemporarySuffix), LeftoverKind::kFile);
     unfinished_.emplace([&] { return make(final_path, prefix); });
   }
   TemporaryFile(const TemporaryFile&) = delete;

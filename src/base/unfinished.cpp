@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -15,6 +16,7 @@
 #include <mutex>
 #include <new>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -44,10 +46,22 @@ auto& noted() {
   return all;
 }
 
-bool isLeftover(const fs::path& path) {
+/// Whether the part of a name between its prefix and its suffix is what mkdtemp, or a file's maker, puts there.
+bool isDrawn(std::string_view part, LeftoverKind kind) {
+  const auto isDigit = [](char c) { return c >= '0' && c <= '9'; };
+  if (kind == LeftoverKind::kFile)
+    return part.size() == 16 &&
+           std::all_of(part.begin(), part.end(), [&](char c) { return isDigit(c) || (c >= 'a' && c <= 'f'); });
+  return part.size() == 6 && std::all_of(part.begin(), part.end(), [&](char c) {
+           return isDigit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+         });
+}
+
+bool isLeftover(const fs::path& path, LeftoverKind kind) {
   struct stat facts {};
   if (::lstat(path.c_str(), &facts) != 0 || facts.st_uid != ::geteuid()) return false;
-  if (!S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)) return false;
+  const bool is_own_folder = S_ISDIR(facts.st_mode) && (facts.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+  if (kind == LeftoverKind::kFile ? !S_ISREG(facts.st_mode) : !is_own_folder) return false;
   const bool was_locked = S_ISREG(facts.st_mode) && facts.st_size > 0;
   if (!was_locked && facts.st_mtime + kYoungest > std::time(nullptr)) return false;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
@@ -103,7 +117,7 @@ FileLock::~FileLock() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void sweepLeftovers(const fs::path& folder, const std::string& prefix, const std::string& suffix) {
+void sweepLeftovers(const fs::path& folder, const std::string& prefix, const std::string& suffix, LeftoverKind kind) {
   std::error_code error;
   {
     const std::scoped_lock lock(noted().mutex);
@@ -113,8 +127,10 @@ void sweepLeftovers(const fs::path& folder, const std::string& prefix, const std
        !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+    const std::string_view drawn =
+        std::string_view(name).substr(prefix.size(), name.size() - prefix.size() - suffix.size());
     std::error_code ignored;
-    if (isLeftover(entry->path())) fs::remove_all(entry->path(), ignored);
+    if (isDrawn(drawn, kind) && isLeftover(entry->path(), kind)) fs::remove_all(entry->path(), ignored);
   }
 }
 

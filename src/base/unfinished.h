@@ -52,9 +52,13 @@ class FileLock {
   bool is_ours_;
 };
 
-/// Removes this user's files and folders of the name PREFIX*SUFFIX in `folder` that are older than a minute and locked
-/// by nobody: what killed processes left there. Each folder and name once a process. Never throws: a leftover that
-/// stays costs room and nothing else.
-void sweepLeftovers(const std::filesystem::path& folder, const std::string& prefix, const std::string& suffix);
+/// What a process may leave where it was killed: a file whose name is PREFIX, 16 hexadecimal digits and SUFFIX, or a
+/// folder whose is PREFIX, six letters or digits (mkdtemp's) and SUFFIX, and into which nobody else may look.
+enum class LeftoverKind { kFile, kFolder };
+
+/// Removes this user's leftovers of one kind in `folder` that are older than a minute and locked by nobody. Each folder
+/// and name once a process. Never throws: a leftover that stays costs room and nothing else.
+void sweepLeftovers(const std::filesystem::path& folder, const std::string& prefix, const std::string& suffix,
+                    LeftoverKind kind);
 
 }  // namespace mouthpiece

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/errors.h"
 #include "base/index.h"
 #include "motion/lip_gauge.h"
 
@@ -35,16 +36,18 @@ double backoffShare(const UtteranceAnimation& animation) {
   return phones > 1 ? pairs / asReal(phones - 1) : 0;
 }
 
-LineQuality judgeLine(const UtteranceAnimation& animation, double closed_lips_mm, std::span<const double> confidence) {
+LineQuality judgeLine(const UtteranceAnimation& animation, const MotionClip& motion, double closed_lips_mm,
+                      std::span<const double> confidence) {
+  MOUTHPIECE_EXPECT(motion.positions_mm.cols() == 3 * signedIndex(motion.marker_names.size()));
   LineQuality quality;
   quality.backoff_share = backoffShare(animation);
-  const LipGauge lips(animation.motion.marker_names);
-  quality.jitter_mm = jitterOf(animation.motion, lips);
+  const LipGauge lips(motion.marker_names);
+  quality.jitter_mm = jitterOf(motion, lips);
   if (lips.hasLips() && closed_lips_mm > 0) {
     for (const LabelledPhone& phone : animation.labels.phones) {
       if (!isBilabial(phone.phone)) continue;
       ++quality.closures;
-      if (lips.tightest(animation.motion, phone.span) <= closed_lips_mm + kClosureMm) ++quality.closures_made;
+      if (lips.tightest(motion, phone.span) <= closed_lips_mm + kClosureMm) ++quality.closures_made;
     }
   }
   double good = 1 - quality.backoff_share;

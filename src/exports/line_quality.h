@@ -23,8 +23,10 @@ inline constexpr double kClosureMm = 1.0;
 /// The share of the line's pairs of phones that no capture made.
 double backoffShare(const UtteranceAnimation& animation);
 
+/// `motion`: of the whole line (that of a long one's `animation` may be made when a file asks for it).
 /// `closed_lips_mm`: between the outer edges of the actor's lips when closed; 0: not known, then no closure is counted.
 /// `confidence`: of each phone of a line that was recognised; else empty.
-LineQuality judgeLine(const UtteranceAnimation& animation, double closed_lips_mm, std::span<const double> confidence);
+LineQuality judgeLine(const UtteranceAnimation& animation, const MotionClip& motion, double closed_lips_mm,
+                      std::span<const double> confidence);
 
 }  // namespace mouthpiece

@@ -134,7 +134,7 @@ class LiveLinkReader {
     double most = 0;
     for (const Row& row : rows_) most = std::max(most, std::floor(row.time.frames));
     if (rows_.front().time.seconds == rows_.back().time.seconds) return std::max(kUsualRateHz, most + 1);
-    constexpr std::array kUsual{24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0};
+    constexpr std::array kUsual{24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0};
     // The last frame of every second may have been dropped.
     for (const double rate : kUsual) {
       if (most < rate && most + 1 + kLongestDrop >= rate) return rate;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/text_encoding.h"
-#include "base/unicode.h"
 #include "expression/beats.h"
 #include "expression/captured_upper_face.h"
 #include "expression/ruled_face.h"
@@ -60,6 +61,28 @@ PositionMatrix shapeDisplacements(const Eigen::Ref<const PositionMatrix>& weight
   return weights * moves;
 }
 
+namespace {
+
+/// Whether a sign is no blank, punctuation or picture. Without ICU, which a page's engine has not.
+bool isOfWord(char32_t c) {
+  if (c < 0x80) return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+  constexpr std::array<std::pair<char32_t, char32_t>, 11> kOther{{{0x80, 0xBF},
+                                                                  {0x55A, 0x55F},
+                                                                  {0x600, 0x61F},
+                                                                  {0x2000, 0x2BFF},
+                                                                  {0x3000, 0x303F},
+                                                                  {0xFE00, 0xFE6F},
+                                                                  {0xFF00, 0xFF0F},
+                                                                  {0xFF1A, 0xFF20},
+                                                                  {0xFF3B, 0xFF40},
+                                                                  {0xFF5B, 0xFF65},
+                                                                  {0x1F000, 0x1FAFF}}};
+  return std::none_of(kOther.begin(), kOther.end(),
+                      [&](const auto& range) { return c >= range.first && c <= range.second; });
+}
+
+}  // namespace
+
 bool isQuestion(std::string_view text) {
   constexpr std::u32string_view kQuestionMarks = U"?\u037E\u061F\u203D\u2047\u2048\u2049\uFF1F";
   bool asks = false;
@@ -68,7 +91,7 @@ bool isQuestion(std::string_view text) {
     if (!c) return false;
     if (kQuestionMarks.find(*c) != std::u32string_view::npos) {
       asks = true;
-    } else if (isWordSign(*c)) {
+    } else if (isOfWord(*c)) {
       asks = false;
     }
   }

@@ -42,13 +42,23 @@ bool holdsWord(std::string_view text, std::string_view value) {
 
 ConfigDefaults::ConfigDefaults(const CLI::App& app, const std::vector<std::string>& arguments) : file_(configPath()) {
   const CLI::App* command = &app;
-  for (const CLI::App* each : app.get_subcommands(nullptr)) {
-    if (!arguments.empty() && each->get_name() == arguments.front()) command = each;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    if (argument.starts_with('-')) {
+      const CLI::Option* option = app.get_option_no_throw(argument);
+      if (option != nullptr && option->get_items_expected_max() > 0) ++i;  // its value
+      continue;
+    }
+    for (const CLI::App* each : app.get_subcommands(nullptr)) {
+      if (each->get_name() == argument) command = each;
+    }
+    break;
   }
   has_command_ = command != &app;
   const auto isGiven = [&](const CLI::Option* option) {
     return std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
-      const std::string name = argument.substr(0, argument.find('='));
+      const bool is_short = argument.size() > 2 && argument[0] == '-' && argument[1] != '-';  // "-j1"
+      const std::string name = argument.substr(0, is_short ? 2 : argument.find('='));
       return name.starts_with('-') && option->check_name(name);
     });
   };

@@ -9,6 +9,7 @@
 #include "exports/arkit.h"
 #include "mouthpiece/mouthpiece.h"
 #include "mouthpiece/speaker.h"
+#include "speaker/speaker_data.h"
 
 struct mouthpiece_speaker {
   mouthpiece::Speaker speaker;
@@ -27,6 +28,11 @@ struct mouthpiece_live {
 namespace {
 
 using namespace mouthpiece;
+
+/// Known without its motion, which may be made when it is asked for.
+const std::vector<std::string>& markersOf(const mouthpiece_performance& performance) {
+  return performance.performance.data().animation.motion.marker_names;
+}
 
 int fail(int code, const char* text, char* error, std::size_t error_size) {
   if (error != nullptr && error_size > 0) {
@@ -228,12 +234,11 @@ const float* mouthpiece_sound(const mouthpiece_performance* performance, size_t*
 }
 
 size_t mouthpiece_marker_count(const mouthpiece_performance* performance) {
-  return performance == nullptr ? 0 : performance->performance.motion().marker_names.size();
+  return performance == nullptr ? 0 : markersOf(*performance).size();
 }
 
 const char* mouthpiece_marker_name(const mouthpiece_performance* performance, size_t marker) {
-  return marker < mouthpiece_marker_count(performance) ? performance->performance.motion().marker_names[marker].c_str()
-                                                       : nullptr;
+  return marker < mouthpiece_marker_count(performance) ? markersOf(*performance)[marker].c_str() : nullptr;
 }
 
 size_t mouthpiece_warning_count(const mouthpiece_performance* performance) {
@@ -400,6 +405,7 @@ int mouthpiece_live_next(mouthpiece_live* live, int now, mouthpiece_frame* frame
     expectGiven(live, "live stream");
     expectGiven(frame, "frame");
     expectGiven(has_frame, "has_frame");
+    *has_frame = 0;
     const Frame* next = now != 0 ? live->stream.nextNow() : live->stream.next();
     *has_frame = next != nullptr ? 1 : 0;
     if (next != nullptr) tellFrame(*next, *frame);

@@ -68,6 +68,11 @@ void addNotice(SpokenLine& line, const std::string& notice) {
   if (!notice.empty()) line.notice += (line.notice.empty() ? "" : "; ") + notice;
 }
 
+/// A text as it is written, not as it is said: its words, a blank between them.
+std::string asWritten(std::string_view text) {
+  return fmt::format("{}", fmt::join(blankSeparated(withoutMarkup(text)), " "));
+}
+
 }  // namespace
 
 std::vector<LabelledSound> soundsOf(const Corpus& corpus, std::size_t most) {
@@ -125,7 +130,7 @@ std::string LineSounds::doubtsAboutTimes(const AudioClip& audio, const std::stri
 LineSound LineSounds::alignRecording(const Line& source) {
   LineSound made = recorded(source);
   SpokenLine& line = made.line;
-  line.text = source.text;
+  line.text = asWritten(source.text);
   const std::vector<TranscriptWord> words = pronouncer().wordsOf(source.text);
   const SpeechKind kind = source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken;
   const Seconds lasts = line.audio.duration();
@@ -205,7 +210,7 @@ LineSound LineSounds::readLabelled(const Line& source) {
     line.notice = doubtsAbout(line.labels, line.audio, aligner(), source.audio.string());
     addNotice(line, untoldSpeech(SamplesToHear(line.audio).all(), line.labels));
   }
-  line.text = source.text;
+  line.text = asWritten(source.text);
   for (const LabelledWord& word : line.labels.words) {
     if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
   }
@@ -221,7 +226,7 @@ LineSound LineSounds::speak(const std::string& text) {
                                     synthesis_.selection, options_.rate});
   }
   LineSound made{{voice_->speak(text), {}, {}}};
-  made.line.text = fmt::format("{}", fmt::join(blankSeparated(text), " "));  // as it is written, not as it is said
+  made.line.text = asWritten(text);
   return made;
 }
 
@@ -233,7 +238,7 @@ LineSound LineSounds::speakOrRead(const Line& source) {
   Line words = source;
   words.times = std::exchange(words.phones, {});
   LineSound made = hearRecording(words);
-  if (!source.text.empty()) made.line.text = source.text;
+  if (!source.text.empty()) made.line.text = asWritten(source.text);
   addNotice(made.line, fmt::format("{} has words without phones: these are found in the sound", words.times.string()));
   return made;
 }

@@ -38,15 +38,18 @@ Seconds heldTime(const std::vector<Seconds>& middles, Seconds time, double hold)
   return before + step * std::lerp(share, held, hold);
 }
 
-PositionMatrix retimed(const PositionMatrix& positions, const SpeechDials& dials, const LineToRender& line) {
-  std::vector<Seconds> middles;
+/// When what each frame shows is said, with a lead and a hold.
+std::vector<Seconds> shownTimes(const SpeechDials& dials, const LineToRender& line) {
+  std::vector<Seconds> middles, shown;
   for (const LabelledPhone& phone : line.labels.phones) middles.push_back(phone.span.middle());
+  for (const Seconds time : line.times)
+    shown.push_back(heldTime(middles, time + dials.lead_ms.at(time) / 1000, dials.hold.at(time)));
+  return shown;
+}
+
+PositionMatrix retimed(const PositionMatrix& positions, std::span<const Seconds> shown, double rate_hz) {
   PositionMatrix moved = positions;
-  for (std::size_t k = 0; k < line.times.size(); ++k) {
-    const Seconds time = line.times[k] + dials.lead_ms.at(line.times[k]) / 1000;
-    const Seconds source = heldTime(middles, time, dials.hold.at(line.times[k]));
-    moved.row(signedIndex(k)) = rowAt(positions, source * line.options.frame_rate_hz);
-  }
+  for (std::size_t k = 0; k < shown.size(); ++k) moved.row(signedIndex(k)) = rowAt(positions, shown[k] * rate_hz);
   return moved;
 }
 
@@ -92,7 +95,11 @@ void scale(const SpeechDials& dials, const LineToRender& line, const VisemePoses
 double labiodentalAt(const SpeechLabels& labels, Seconds time) {
   constexpr Seconds kRamp = 0.040;
   double most = 0;
-  for (const LabelledPhone& phone : labels.phones) {
+  const std::vector<LabelledPhone>& phones = labels.phones;
+  auto near = std::partition_point(phones.begin(), phones.end(),
+                                   [&](const LabelledPhone& phone) { return phone.span.end <= time - kRamp; });
+  for (; near != phones.end() && near->span.start < time + kRamp; ++near) {
+    const LabelledPhone& phone = *near;
     if (!isLabiodental(phone.phone)) continue;
     const Seconds outside = std::max({0.0, phone.span.start - time, time - phone.span.end});
     most = std::max(most, 1 - smoothStep(outside / kRamp));
@@ -101,30 +108,32 @@ double labiodentalAt(const SpeechLabels& labels, Seconds time) {
 }
 
 /// How much of a contact there is, of lips `open_mm` apart: 1 where they are closed or the lower one is at the teeth,
-/// 0 from 3 mm of opening on. One a frame.
-Eigen::VectorXd contactShares(const Eigen::VectorXd& open_mm, const LineToRender& line, const VisemePoses& poses) {
+/// 0 from 3 mm of opening on. One a frame, which shows what is said at its time of `shown`.
+Eigen::VectorXd contactShares(const Eigen::VectorXd& open_mm, const SpeechLabels& labels,
+                              std::span<const Seconds> shown, const VisemePoses& poses) {
   constexpr double kOpenMm = 3;
   const double closed = std::max(poses.bilabial_mm, poses.contact_mm);
   Eigen::VectorXd shares(open_mm.size());
   for (Eigen::Index k = 0; k < shares.size(); ++k)
-    shares(k) = std::max(1 - smoothStep((open_mm(k) - closed) / kOpenMm),
-                         labiodentalAt(line.labels, line.times[unsignedIndex(k)]));
+    shares(k) =
+        std::max(1 - smoothStep((open_mm(k) - closed) / kOpenMm), labiodentalAt(labels, shown[unsignedIndex(k)]));
   return shares;
 }
 
 /// Lips that met, or touched the teeth, in `before` are as far apart in `displacements` as they were there: wholly so
 /// where they were closed, not at all from 3 mm of opening on.
-void keepContactsOf(const PositionMatrix& before, const LineToRender& line, const VisemePoses& poses,
-                    PositionMatrix& displacements) {
+void keepContactsOf(const PositionMatrix& before, const SpeechLabels& labels, std::span<const Seconds> shown,
+                    const VisemePoses& poses, PositionMatrix& displacements) {
   const Eigen::VectorXd was = poses.mouth.verticalOpenings(before);
   const Eigen::VectorXd is = poses.mouth.verticalOpenings(displacements);
-  displacements += (contactShares(was, line, poses).array() * (was - is).array()).matrix() * poses.opening_direction;
+  displacements +=
+      (contactShares(was, labels, shown, poses).array() * (was - is).array()).matrix() * poses.opening_direction;
 }
 
 /// The same of the lips in `before`; 1 where nothing tells how far they are open.
 Eigen::VectorXd lipsTogether(const PositionMatrix& before, const LineToRender& line) {
   if (!line.model.isPossible() || !line.model.poses().mouth.hasLips()) return Eigen::VectorXd::Ones(before.rows());
-  return contactShares(line.model.poses().mouth.verticalOpenings(before), line, line.model.poses());
+  return contactShares(line.model.poses().mouth.verticalOpenings(before), line.labels, line.times, line.model.poses());
 }
 
 /// Columns of the upper and the lower of two lip markers that face each other, by their names.
@@ -194,7 +203,10 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
   if (areUsual(dials)) return 0;
   PositionMatrix moved = positions;
   const auto turned = [&](std::size_t dial) { return !isUsual(kSpeechDials[dial], dials); };
-  if (turned(3) || turned(4)) moved = retimed(moved, dials, line);
+  const bool is_retimed = turned(3) || turned(4);
+  const std::vector<Seconds> shown =
+      is_retimed ? shownTimes(dials, line) : std::vector<Seconds>(line.times.begin(), line.times.end());
+  if (is_retimed) moved = retimed(moved, shown, line.options.frame_rate_hz);
   const PositionMatrix as_timed = moved;
   const PositionMatrix in_time = moved.rowwise() - Eigen::RowVectorXd(line.rest());
   if (turned(5)) moved = smoothed(moved, dials.smooth_ms, line);
@@ -205,7 +217,7 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
   const std::size_t held = keepWithinReach(as_timed, line, moved);
   if (poses != nullptr && poses->mouth.hasLips()) {
     displacements = moved.rowwise() - Eigen::RowVectorXd(line.rest());
-    keepContactsOf(in_time, line, *poses, displacements);
+    keepContactsOf(in_time, line.labels, shown, *poses, displacements);
     moved = displacements.rowwise() + Eigen::RowVectorXd(line.rest());
   }
   const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -36,18 +37,23 @@ std::string namesOf(const WeightTracks& tracks) { return ordered_json(tracks.nam
 
 /// The frames of column `k` that straight lines between them give the others of, to a thousandth.
 std::vector<Eigen::Index> keysOf(const WeightTracks& tracks, Eigen::Index k) {
-  constexpr float kStraight = 1e-3F;
-  const auto values = tracks.weights.col(k);
-  const auto isStraight = [&](Eigen::Index first, Eigen::Index last) {
-    for (Eigen::Index t = first + 1; t < last; ++t) {
-      const float share = asFloat(asReal(t - first) / asReal(last - first));
-      if (std::abs(values(t) - values(first) - share * (values(last) - values(first))) > kStraight) return false;
-    }
-    return true;
-  };
+  constexpr double kStraight = 1e-3;
+  const auto values = tracks.weights.col(k).cast<double>().eval();
   std::vector<Eigen::Index> keys;
+  double least = 0, most = 0;  // slopes from the last key that pass all frames since it
+  const auto slope = [&](Eigen::Index t, double off) {
+    return (values(t) + off - values(keys.back())) / asReal(t - keys.back());
+  };
   for (Eigen::Index t = 0; t < values.size(); ++t) {
-    if (t == 0 || t + 1 == values.size() || !isStraight(keys.back(), t + 1)) keys.push_back(t);
+    if (t > 0) {
+      least = std::max(least, slope(t, -kStraight));
+      most = std::min(most, slope(t, kStraight));
+    }
+    const bool is_last = t + 1 == values.size();
+    if (t > 0 && !is_last && slope(t + 1, 0) >= least && slope(t + 1, 0) <= most) continue;
+    keys.push_back(t);
+    least = -std::numeric_limits<double>::infinity();
+    most = -least;
   }
   return keys;
 }
@@ -260,11 +266,14 @@ std::string mohoDat(const std::vector<MouthCue>& cues, double frame_rate_hz) {
   const auto frameOf = [&](Seconds time) { return 1 + static_cast<int>(frame_rate_hz * time + 1e-6); };
   std::string text = "MohoSwitch1\n";
   int last = 0;
-  for (const MouthCue& cue : cues) {
-    const int frame = frameOf(cue.span.start);
-    if (frame == last) continue;
-    text += fmt::format("{} {}\n", frame, nameOf(cue.shape));
-    last = frame;
+  for (std::size_t i = 0; i < cues.size();) {
+    last = frameOf(cues[i].span.start);
+    // Of those that begin in one frame the longest shows.
+    std::size_t longest = i;
+    for (; i < cues.size() && frameOf(cues[i].span.start) == last; ++i) {
+      if (cues[i].span.duration() > cues[longest].span.duration()) longest = i;
+    }
+    text += fmt::format("{} {}\n", last, nameOf(cues[longest].shape));
   }
   if (!cues.empty()) text += fmt::format("{} rest\n", std::max(frameOf(cues.back().span.end), last + 1));
   return text;

@@ -54,14 +54,16 @@ class TrackReader {
 
   [[nodiscard]] double frameRate(double wanted_hz) const {
     if (wanted_hz > 0) return wanted_hz;
-    if (root_.isObject() && root_["fps"].exists()) return positiveOr("fps", 0);
+    const double told_hz = positiveOr("fps", 0);
     const auto first = timeOf(frames_.front()), last = timeOf(frames_.back());
+    if (told_hz > 0 && (!first || !last)) return told_hz;
     if (!first || !last || !(*last > *first))
       root_.fail("does not tell its frame rate; expected \"fps\", times, or a rate given with it");
-    const double rate_hz = asReal(frames_.size() - 1) / (*last - *first);
+    const double rate_hz = told_hz > 0 ? told_hz : asReal(frames_.size() - 1) / (*last - *first);
+    const double drift = told_hz > 0 ? 0.02 : 0;  // what is told may be rounded
     for (std::size_t i = 0; i < frames_.size(); ++i) {
-      const double expected = *first + asReal(i) / rate_hz;
-      if (const auto time = timeOf(frames_[i]); time && std::abs(*time - expected) > 0.5 / rate_hz)
+      const double expected = *first + asReal(i) / rate_hz, most = (0.5 + drift * asReal(i)) / rate_hz;
+      if (const auto time = timeOf(frames_[i]); time && std::abs(*time - expected) > most)
         frames_[i].fail(fmt::format("is at {:.3f} s; expected even steps, {:.3f} s", *time, expected));
     }
     return rate_hz;

@@ -80,9 +80,21 @@ double MotionRows::rateFromTimes() const {
   return likelyRate(rate, rate * kTimeRounding / length);
 }
 
+void MotionRows::expectTimesAt(double rate_hz) const {
+  constexpr double kMostOff = 0.5, kMostDrift = 0.02;  // frames from one row to the next; of all
+  for (std::size_t i = 1; i < times_.size(); ++i) {
+    const double step = (times_[i] - times_[i - 1]) * rate_hz, all = (times_[i] - times_.front()) * rate_hz;
+    if (std::abs(step - 1) <= kMostOff && std::abs(all - asReal(i)) <= kMostOff + kMostDrift * asReal(i)) continue;
+    throw InputError(file_, fmt::format("row {}", i + 1),
+                     fmt::format("found time {:g} s after {:g} s; expected even times at the file's {:g} Hz", times_[i],
+                                 times_[i - 1], rate_hz));
+  }
+}
+
 MotionClip MotionRows::takeClip(std::vector<std::string> marker_names, double rate_hz) const {
   MotionClip clip;
   clip.frame_rate_hz = rate_hz > 0.0 ? rate_hz : rateFromTimes();
+  if (rate_hz > 0) expectTimesAt(rate_hz);
   expectFrameRate(clip.frame_rate_hz, file_, "");
   clip.marker_names = std::move(marker_names);
   clip.positions_mm =

@@ -26,6 +26,8 @@ class MotionRows {
 
  private:
   [[nodiscard]] double rateFromTimes() const;
+  /// Throws InputError where rows are missing, or stand at another rate.
+  void expectTimesAt(double rate_hz) const;
 
   std::string file_;
   std::size_t column_count_;

@@ -322,6 +322,16 @@ std::string withoutLoneCharacters(std::string_view text, const Language& languag
   return kept;
 }
 
+std::string withoutMarkup(std::string_view text) {
+  if (!isUtf8(text)) return std::string(text);
+  std::vector<char32_t> characters;
+  for (std::size_t at = 0; at < text.size();) characters.push_back(*decodeUtf8(text, at));
+  blankMarkup(characters);
+  std::string plain;
+  for (const char32_t c : characters) appendUtf8(plain, c);
+  return plain;
+}
+
 std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length) {
   MOUTHPIECE_EXPECT(max_length >= 2 * kLongestWord);
   std::vector<std::string> sentences;

@@ -35,6 +35,10 @@ std::string withoutLoneCharacters(std::string_view text, const Language& languag
 
 /// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
 /// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
+/// Blanks in place of what is written for others than the speaker: tags ("<b>", "</b>", "<color=red>") and stage
+/// directions ("[laughs]"). Text that is no UTF-8 stays as it is.
+std::string withoutMarkup(std::string_view text);
+
 std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length);
 
 }  // namespace mouthpiece

@@ -165,6 +165,8 @@ int runApply(const ApplyArguments& given) {
   refuseUnknownEnding(given);
   const auto performance = performanceOf(given);
   const SharedFace::Data& face = performance->needFace();
+  if (isSameFile(given.out, face.meshPath()))
+    throw InputError(given.out.string(), "", "is the head that the face was fitted to; expected another name");
   tellOfTornSkin(*performance, given.motion);
   // A head without ARKit's shapes gets weights by the markers where they are asked for by their name, as synth's are.
   const bool by_markers = given.out.filename().string().ends_with("arkit.csv") && !given.arkit && !hasArkit(face);

@@ -63,12 +63,24 @@ int runCut(const CutArguments& given) {
   turnMesh(traced.upright_from_mesh.transpose(), cut.mesh);
   turnMesh(traced.upright_from_mesh.transpose(), mesh);
   const std::string file = given.mesh.string();
-  writeFileAtomically(given.out, isGlb(given.out)    ? grownGlb(bytes, file, given.object, mesh, cut)
-                                 : isObj(given.mesh) ? grownObj(bytes, file, mesh, cut)
-                                                     : objBytes(cut.mesh));
+  std::size_t kept = mesh.vertexCount();
+  if (isGlb(given.out)) {
+    writeFileAtomically(given.out, grownGlb(bytes, file, given.object, mesh, cut));
+  } else if (isObj(given.mesh)) {
+    const GrownObjText grown = grownObj(bytes, file, mesh, cut);
+    kept = grown.kept;
+    writeFileAtomically(given.out, grown.text);
+  } else {
+    writeObj(given.out, cut.mesh);
+  }
+  const std::size_t added = cut.mesh.vertexCount() - mesh.vertexCount();
+  const std::string anchors = kept == mesh.vertexCount() ? "its anchors go on being right"
+                                                         : fmt::format(
+                                                               "anchors that are numbers go on being right "
+                                                               "below {}; from there on they count {} more",
+                                                               kept, added);
   if (!given.quiet)
-    printText(fmt::format("{}: {} vertices more than {}; its anchors go on being right\n", given.out.string(),
-                          cut.mesh.vertexCount() - mesh.vertexCount(), given.mesh.string()));
+    printText(fmt::format("{}: {} vertices more than {}; {}\n", given.out.string(), added, file, anchors));
   return kExitDone;
 }
 

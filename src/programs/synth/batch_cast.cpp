@@ -8,6 +8,7 @@
 #include "base/file_parts.h"
 #include "base/files.h"
 #include "base/json_text.h"
+#include "expression/expression.h"
 #include "speaker/speaker_data.h"
 
 namespace mouthpiece {
@@ -68,7 +69,20 @@ std::string settingsJson(const SpeakerOptions& options, SharedCast& cast) {
                                      {"ps", toJson(manner.ps)},
                                      {"ja", toJson(manner.ja)},
                                      {"li", toJson(manner.li)},
-                                     {"edits", fileHash(manner.edits)}};
+                                     {"strength", toJson(manner.strength)},
+                                     {"jaw", toJson(manner.jaw)},
+                                     {"lips", toJson(manner.lips)},
+                                     {"hold", toJson(manner.hold)},
+                                     {"lead", toJson(manner.lead_ms)},
+                                     {"smooth", toJson(manner.smooth_ms)},
+                                     {"upper face", static_cast<int>(manner.upper_face)},
+                                     {"gaze", manner.gaze},
+                                     {"head motion", manner.head_motion},
+                                     {"mood", manner.mood.empty() ? MoodPose{} : moodOf(manner.mood)},
+                                     {"seed", manner.seed},
+                                     {"edits", fileHash(manner.edits)},
+                                     {"timing", options.timing},
+                                     {"page engine", options.page_engine}};
   if (options.with_face) {
     const SharedFace face = cast.face(options.face);
     settings["face"] = fileHash(face.data().path, kOfAnySize);

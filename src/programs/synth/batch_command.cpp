@@ -67,12 +67,16 @@ void addOptions(CLI::App& app, BatchOptions& options) {
   addSharedOptions(app, options);
 }
 
+/// Of a long line its beginning.
 LinePlayer playerOf(const std::string& key, const Performance& performance) {
+  constexpr Seconds kShown = 30;
   constexpr double kPlayerRateHz = 30;
   constexpr int kPlayerSoundHz = 16'000;
   LinePlayer player;
   player.key = key;
   AudioClip sound{performance.sound().sample_rate_hz, performance.sound().samples};
+  const auto ofShown = [&](double rate_hz) { return static_cast<std::size_t>(kShown * rate_hz); };
+  sound.samples.resize(std::min(sound.samples.size(), ofShown(sound.sample_rate_hz)));
   if (sound.sample_rate_hz > kPlayerSoundHz) sound = resampleAudio(sound, kPlayerSoundHz);
   appendBase64(player.wav, wavBytes(sound));
   const Motion& motion = performance.motion();
@@ -80,7 +84,8 @@ LinePlayer playerOf(const std::string& key, const Performance& performance) {
   player.frame_rate_hz = motion.frame_rate_hz / asReal(step);
   player.markers = motion.marker_names;
   std::string places;
-  for (std::size_t frame = 0; frame < motion.frameCount(); frame += step) {
+  const std::size_t shown = std::min(motion.frameCount(), ofShown(motion.frame_rate_hz));
+  for (std::size_t frame = 0; frame < shown; frame += step) {
     const std::span<const double> at = motion.frame(frame);
     for (std::size_t i = 0; i < at.size(); ++i) {
       if (i % 3 == 2) continue;
@@ -386,7 +391,8 @@ class BatchRun {
     record.notices = performance.notices();
     const Line& line = lines_[i].line;
     if (line.text.empty() && !line.audio.empty()) record.heard = data.animation.text;
-    record.quality = judgeLine(data.animation, data.actor ? data.actor->closed_lips_mm : 0.0, data.confidence);
+    record.quality =
+        judgeLine(data.animation, data.clip(), data.actor ? data.actor->closed_lips_mm : 0.0, data.confidence);
     for (const std::string& name : files_[i]) record.files.push_back({name, fs::file_size(options_.out_folder / name)});
   }
 

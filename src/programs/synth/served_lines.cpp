@@ -92,6 +92,21 @@ void expectEdits(const LineWish& wish) {
   if (!wish.edits.empty()) parseLineEdits(wish.edits, "the edits");
 }
 
+/// Whether the mesh that a face was fitted to is there as it was.
+bool isOfItsMesh(const fs::path& face) {
+  try {
+    const SharedFace opened(face);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void expectWords(const LineWish& wish) {
+  if (wish.text.find_first_not_of(" \t\r\n") == std::string::npos && wish.recording.empty())
+    throw InputError("there is nothing to say; type a line or drop a recording");
+}
+
 std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
 
 std::string dumped(const json& fields) { return jsonText(fields, 1) + "\n"; }
@@ -205,8 +220,7 @@ std::size_t ServedLines::queue(Entry entry) {
 
 std::size_t ServedLines::add(LineWish wish) {
   expectEdits(wish);
-  if (wish.text.find_first_not_of(" \t\r\n") == std::string::npos && wish.recording.empty())
-    throw InputError("there is nothing to say; type a line or drop a recording");
+  expectWords(wish);
   if (!wish.recording.empty() && !isThere(folder_ / "recordings" / fs::path(wish.recording).filename()))
     throw InputError(fmt::format("there is no recording {}", printable(wish.recording)));
   Entry entry;
@@ -223,6 +237,7 @@ std::size_t ServedLines::change(std::size_t line, LineWish wish) {
   if (entry.state == State::kWaiting || entry.state == State::kWorking)
     throw InputError("the line is being made; wait for it, or stop it");
   wish.recording = entry.wish.recording;
+  expectWords(wish);
   entry.wish = std::move(wish);
   entry.title = titleOf(entry.wish);
   entry.state = State::kWaiting;
@@ -257,7 +272,14 @@ std::string ServedLines::keepHead(const std::string& name, std::string_view byte
     faces_[path.stem().string()] = path;
     opened_.erase(path.stem().string());
   }
-  if (isHeadMesh(plain) && !fs::exists(fs::path(path).replace_extension(".face"))) {
+  if (isHeadMesh(plain)) {
+    const std::scoped_lock lock(mutex_);
+    std::erase_if(opened_, [&](const auto& opened) { return isSameFile(opened.second.data().meshPath(), path); });
+  }
+  const fs::path face = fs::path(path).replace_extension(".face");
+  if (isHeadMesh(plain) && fs::exists(face) && !isOfItsMesh(face))
+    fs::rename(face, freeName(folder, face.filename().string() + ".before"));
+  if (isHeadMesh(plain) && !fs::exists(face)) {
     Entry entry;
     entry.is_head = true;
     entry.title = plain;

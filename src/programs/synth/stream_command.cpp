@@ -16,6 +16,7 @@
 
 #include "base/counted.h"
 #include "base/text_numbers.h"
+#include "programs/outputs.h"
 #include "programs/synth/commands.h"
 #include "programs/synth/stream_ends.h"
 #include "programs/synth/stream_words.h"
@@ -100,6 +101,7 @@ void addOptions(CLI::App& app, StreamOptions& options) {
          "in time (default: 0; with --labels as long as --look-ahead, with --times 700)")
       ->check(CLI::Range(0.0, 60000.0));
   addSharedOptions(app, options);
+  checkOutputs(app, {{"--sound"}});
   for (const char* refused :
        {"--method", "--select", "--units", "--style", "--ma", "--ps", "--ja", "--li", "--strength", "--jaw", "--lips",
         "--hold", "--lead-ms", "--smooth", "--head-motion", "--mood", "--edits"})

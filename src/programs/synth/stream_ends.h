@@ -74,7 +74,7 @@ class SentenceReader {
 };
 
 /// Whether a word may be said then; what is wrong with one that may be is the word.
-inline bool isTime(const TimeSpan& span) { return span.start >= 0 && span.end > span.start; }
+inline bool isTime(const TimeSpan& span) { return span.start >= 0 && span.end >= span.start; }
 
 /// The fields of a line of labels between blanks; false for an empty line or a comment (#).
 bool splitLabel(const std::string& line, std::vector<std::string>& fields);

@@ -148,14 +148,15 @@ struct GrowingWav::State {
 
 GrowingWav::GrowingWav(const std::string& path) : state_(std::make_unique<State>()) {
   state_->path = path;
-  state_->file.open(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-  if (!state_->file) throw InputError(path, "", "cannot be written");
+  if (!std::ofstream(path, std::ios::binary | std::ios::app)) throw InputError(path, "", "cannot be written");
 }
 GrowingWav::~GrowingWav() = default;
 
 void GrowingWav::write(const Sound& sound, Seconds begin) {
   State& state = *state_;
-  if (state.rate_hz == 0) {
+  if (state.rate_hz == 0) {  // not before there is something to write: what was there is not lost for nothing
+    state.file.open(state.path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+    if (!state.file) throw InputError(state.path, "", "cannot be written");
     state.rate_hz = sound.sample_rate_hz;
     state.putHeader();
   }

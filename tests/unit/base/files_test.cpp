@@ -175,6 +175,34 @@ TEST(Files, AFolderLeftInTheTemporaryFolderGoes) {
   old.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", old.c_str(), 1);
 }
 
+/// Only what a process of ours may have left is swept: of the user's files and folders none.
+TEST(Leftovers, AreNoFilesOfTheUsers) {
+  const PrivateFolder folder;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path() / name) << text;
+    return folder.path() / name;
+  };
+  const auto old = [](const fs::path& path) {
+    fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  };
+  const std::vector<std::string> kept{"mouthpiece.glb", "mouthpiece.notes.txt", ".a.csv.notes.tmp",
+                                      ".a.csv.0123456789ABCDEF.tmp", ".a.csv..tmp"};
+  for (const std::string& name : kept) old(write(name, "mine"));
+  const fs::path open = folder.path() / "mouthpiece.backup", shut = folder.path() / "mouthpiece.a1B2c3",
+                 other = folder.path() / "mouthpiece.project", file = write(".a.csv.0123456789abcdef.tmp", "");
+  for (const fs::path& each : {open, shut, other}) fs::create_directories(each);
+  fs::permissions(shut, fs::perms::owner_all);
+  fs::permissions(other, fs::perms::owner_all);
+  for (const fs::path& each : {open, shut, other, file}) old(each);
+  sweepLeftovers(folder.path(), "mouthpiece.", "", LeftoverKind::kFolder);
+  sweepLeftovers(folder.path(), ".a.csv.", ".tmp", LeftoverKind::kFile);
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder.path() / name)) << name;
+  EXPECT_TRUE(fs::exists(open)) << "others may look into it: no temporary of ours";
+  EXPECT_TRUE(fs::exists(other));
+  EXPECT_FALSE(fs::exists(shut));
+  EXPECT_FALSE(fs::exists(file));
+}
+
 TEST(FilesTogether, AppearAtCommitInTheOrderOfWriting) {
   const PrivateFolder folder;
   writeFileAtomically(folder.path() / "a", std::string_view("old"));

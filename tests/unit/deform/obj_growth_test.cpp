@@ -44,7 +44,7 @@ GrownMesh cutInTheMiddle(const FaceMesh& given, float apart) {
 
 std::string cut(const std::string& text, float apart) {
   const FaceMesh given = parseObj(text, "head.obj");
-  return grownObj(text, "head.obj", given, cutInTheMiddle(given, apart));
+  return grownObj(text, "head.obj", given, cutInTheMiddle(given, apart)).text;
 }
 
 TEST(GrownObj, KeepsWhatNothingChanges) {

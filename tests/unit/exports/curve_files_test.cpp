@@ -105,6 +105,7 @@ TEST(MouthCues, AreMohosSwitch) {
   EXPECT_EQ(mohoDat(mouthCues(line()), 24),
             "MohoSwitch1\n1 rest\n5 AI\n11 etc\n16 MBP\n19 E\n23 MBP\n27 rest\n37 rest\n");
   EXPECT_EQ(mohoDat({{{0, 0.01}, 'A'}, {{0.01, 0.02}, 'B'}}, 24), "MohoSwitch1\n1 MBP\n2 rest\n");
+  EXPECT_EQ(mohoDat({{{0, 0.03}, 'G'}, {{0.03, 0.19}, 'D'}}, 24), "MohoSwitch1\n1 AI\n5 rest\n");
 }
 
 TEST(Subtitles, AreRead) {

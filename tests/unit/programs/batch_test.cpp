@@ -120,6 +120,36 @@ TEST_F(Batch, MakesOnlyWhatHasChanged) {
   EXPECT_EQ(other.out.find("before"), std::string::npos) << "another setting makes all again";
 }
 
+/// Lines over a minute are made piece by piece, when a file asks for them; their quality is told all the same.
+TEST_F(Batch, MakesLinesOfOverAMinute) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) text += "A mother buys a map of the moor. ";
+  EXPECT_EQ(batch("id,text\na," + text + "\n", "out", {"--format", "wav"}).exit_code, 0);
+  const json line = manifest("out/manifest.json")["lines"][0];
+  EXPECT_GT(line["duration_s"], 62);
+  EXPECT_GT(line["closures"], 100);
+  EXPECT_GT(line["closures_made"], 90);
+}
+
+/// A line that was made before is made again where it would come out otherwise.
+TEST_F(Batch, MakesALineAgainForEverySettingThatMovesTheFace) {
+  const std::string list = "id,text\na,now\n";
+  std::vector<Arguments> settings{{"--format", "arkit.csv"}};
+  EXPECT_EQ(batch(list, "out", settings.front()).exit_code, 0);
+  for (const auto& [name, value] :
+       {std::pair("--strength", "0.8"), std::pair("--jaw", "2"), std::pair("--lips", "0.5"), std::pair("--hold", "0.3"),
+        std::pair("--lead-ms", "20"), std::pair("--smooth", "30"), std::pair("--upper-face", "rules"),
+        std::pair("--mood", "joy"), std::pair("--seed", "7")}) {
+    Arguments more = settings.back();
+    more.insert(more.end(), {name, value});
+    const ProgramResult made = batch(list, "out", more);
+    EXPECT_EQ(made.exit_code, 0) << name << made.err;
+    EXPECT_EQ(made.out.find("before"), std::string::npos) << name;
+    settings.push_back(more);
+  }
+  EXPECT_NE(batch(list, "out", settings.back()).out.find("1 of them before"), std::string::npos);
+}
+
 TEST_F(Batch, GoesOnAfterAKill) {
   const std::string list = listOf(120);
   const Arguments wanted{"--format", "arkit.csv", "--quiet"};

@@ -136,6 +136,27 @@ TEST_F(EarlierLines, GetNoEditsAndNoRecordingThatAreNone) {
   EXPECT_FALSE(fs::exists(folder() / "recordings" / "a.wav"));
 }
 
+TEST_F(EarlierLines, AreNotChangedIntoNothing) {
+  keep("001-one", 0);
+  ServedLines lines(options_, folder());
+  EXPECT_NE(errorOf([&] { lines.change(0, {}); }).find("there is nothing to say"), std::string::npos);
+  EXPECT_EQ(times(lines.state(), "\"done\""), 1U) << lines.state();
+}
+
+/// A head that is given again, but another one, is fitted again.
+TEST_F(EarlierLines, AHeadOfTheSameNameIsFittedAnew) {
+  fs::create_directories(folder() / "heads");
+  for (const char* file : {"default.face", "default.obj"})
+    fs::copy_file(kServedShare / file, folder() / "heads" / file, fs::copy_options::overwrite_existing);
+  ServedLines lines(options_, folder());
+  const std::string mesh = readAll(folder() / "heads" / "default.obj");
+  lines.keepHead("default.obj", mesh);
+  EXPECT_EQ(times(lines.state(), "\"is_head\": true"), 0U) << "the same";
+  lines.keepHead("default.obj", mesh + "# edited\n");
+  EXPECT_EQ(times(lines.state(), "\"is_head\": true"), 1U) << lines.state();
+  EXPECT_TRUE(fs::exists(folder() / "heads" / "default.face.before"));
+}
+
 TEST_F(EarlierLines, TellNoticesBesideWarnings) {
   keep("line-0", 0, R"("notices": ["2 subtitles are not said"],)");
   keep("line-1", 1);  // of a build that told no notices
