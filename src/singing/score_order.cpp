@@ -61,6 +61,7 @@ std::vector<Signs> signsOf(const pugi::xml_node& score, const pugi::xml_node& pa
       const pugi::xml_node repeat = line.child("repeat"), ending = line.child("ending");
       const std::string_view direction = repeat.attribute("direction").as_string();
       signs.repeat_begins |= direction == "forward";
+      if (direction == "forward") endings.clear();  // a last ending may have no end of its own
       if (direction == "backward") signs.repeat_times = std::clamp(repeat.attribute("times").as_int(2), 1, kMostTimes);
       const std::string_view type = ending.attribute("type").as_string();
       if (type == "start") endings = endingNumbers(ending.attribute("number").as_string());
@@ -114,13 +115,16 @@ class Player {
     return measure + 1 < signs_.size() && !signs_[measure + 1].endings.empty();
   }
 
+  /// By a jump: what lies behind the one that it was made from has not been played yet.
+  [[nodiscard]] bool isPlayedAgain() const { return has_jumped_ && at_ <= jumped_from_; }
+
   [[nodiscard]] bool isLeftOut(const Signs& here) const {
     if (here.endings.empty()) return false;
-    return has_jumped_ ? anotherEndingFollows(at_) : !here.endings.contains(pass_);
+    return isPlayedAgain() ? anotherEndingFollows(at_) : !here.endings.contains(pass_);
   }
 
   [[nodiscard]] bool isRepeated(const Signs& here) const {
-    if (here.repeat_times == 0 || has_jumped_) return false;
+    if (here.repeat_times == 0 || isPlayedAgain()) return false;
     if (here.endings.empty()) return pass_ < here.repeat_times;
     return here.endings.contains(pass_ + 1) ||
            (pass_ == *here.endings.rbegin() && (here.endings.contains(1) || anotherEndingFollows(at_)));
@@ -137,7 +141,8 @@ class Player {
     if (has_jumped_ && here.fine) return false;
     if (has_jumped_ && !here.to_coda.empty()) {
       if (const auto coda = measureOf(&Signs::coda, here.to_coda); coda && *coda > at_) {
-        at_ = *coda;
+        at_ = begin_ = *coda;
+        pass_ = 1;
         return true;
       }
     }
@@ -154,16 +159,21 @@ class Player {
     const auto segno = here.da_capo ? std::optional<std::size_t>(0) : measureOf(&Signs::segno, here.dal_segno);
     if (jumps && segno && *segno <= at_) {
       has_jumped_ = true;
+      jumped_from_ = at_;
       at_ = *segno;
       return true;
     }
     ++at_;
+    if (has_jumped_ && at_ == jumped_from_ + 1) {
+      begin_ = at_;
+      pass_ = 1;
+    }
     return true;
   }
 
   std::vector<Signs> signs_;
   std::vector<std::size_t> played_;
-  std::size_t at_ = 0, begin_ = 0;
+  std::size_t at_ = 0, begin_ = 0, jumped_from_ = 0;
   int pass_ = 1;
   bool has_jumped_ = false;
 };

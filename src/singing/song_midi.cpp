@@ -240,9 +240,18 @@ class MidiReader {
     constexpr std::string_view kBlanks = " \r\n\t";
     const auto isBlank = [&](char c) { return kBlanks.find(c) != std::string_view::npos; };
     const auto beginsWord = [&](char c) { return isBlank(c) || c == '/' || c == '\\'; };
+    const auto hasMore = [&](const std::string& text) {
+      const std::string_view letters = trimmedMarks(text);
+      return letters.ends_with('-') || letters.ends_with('=');
+    };
+    // Where hyphens say that a word goes on, a line's end does not make blanks the sign of it.
+    const bool by_hyphens =
+        std::any_of(words.begin(), words.end(), [&](const auto& word) { return hasMore(word.second); });
     const bool by_blanks = std::any_of(words.begin(), words.end(), [&](const auto& word) {
-      if (word.second.size() < 2) return false;  // of text in UTF-16 its mark alone leaves nothing
-      return beginsWord(word.second.front()) || isBlank(word.second.back());
+      const std::string& text = word.second;
+      const std::size_t end = by_hyphens ? text.find_last_not_of("\r\n") + 1 : text.size();
+      if (end < 2) return false;  // of text in UTF-16 its mark alone leaves nothing
+      return beginsWord(text.front()) || isBlank(text[end - 1]);
     });
     const Voice parted = partedByWords(melody, words);
     const std::map<Tick, Tick> word_of = startsOfWords(parted, words);
@@ -260,7 +269,7 @@ class MidiReader {
       if (wordLetters(text).empty()) continue;  // "+": a melisma
       const bool begins = !by_blanks ? !joins_next : beginsWord(written.front()) || ends_word;
       sung.goes_on = notes.size() > 1 && !begins;
-      joins_next = text.ends_with('-') || text.ends_with('=');
+      joins_next = hasMore(written);
       ends_word = isBlank(written.back());
     }
     return notes;

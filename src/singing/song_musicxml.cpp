@@ -22,6 +22,8 @@ constexpr int kDeepest = 40;
 constexpr std::size_t kMostNodes = 2'000'000;
 /// Of a note without one, as rap is written: A3.
 constexpr double kSpokenPitch = 57;
+/// Quarters that rounding leaves between notes of thirds and sixths; no rest is that short.
+constexpr double kSlip = 1e-6;
 
 struct DepthWatch : pugi::xml_tree_walker {
   bool is_fine = true;
@@ -60,11 +62,11 @@ class PartReader {
       for (const Placed& note : measure.notes) {
         if (note.end <= at) continue;
         const double start = std::max(at, note.start);
-        if (start > at) addRest(tempos.between(played.index, at, start));
+        if (start > at + kSlip) addRest(tempos.between(played.index, at, start));
         readNote(note, tempos.between(played.index, start, note.end));
         at = note.end;
       }
-      if (measure.quarters > at) addRest(tempos.between(played.index, at, measure.quarters));
+      if (measure.quarters > at + kSlip) addRest(tempos.between(played.index, at, measure.quarters));
     }
     song_.addRest(rest_);
     if (ties_open_) fail("ends within a tie");

@@ -142,9 +142,11 @@ TEST(Files, ReplaceALinkAndNotWhatItLeadsTo) {
 
 TEST(Files, WhatAKilledProcessLeftGoesAndWhatOthersAreAtStays) {
   const PrivateFolder folder;
-  const fs::path left = folder.path() / ".a.txt.0123.tmp", held = folder.path() / ".a.txt.4567.tmp",
-                 young = folder.path() / ".a.txt.89ab.tmp", empty = folder.path() / ".a.txt.cdef.tmp",
-                 other = folder.path() / ".b.txt.cdef.tmp";
+  const fs::path left = folder.path() / ".a.txt.0123012301230123.tmp",
+                 held = folder.path() / ".a.txt.4567456745674567.tmp",
+                 young = folder.path() / ".a.txt.89ab89ab89ab89ab.tmp",
+                 empty = folder.path() / ".a.txt.cdefcdefcdefcdef.tmp",
+                 other = folder.path() / ".b.txt.cdefcdefcdefcdef.tmp";
   for (const fs::path& path : {left, held, young, other}) std::ofstream(path) << "x";
   std::ofstream{empty};  // its maker may not have locked it yet
   for (const fs::path& path : {left, other}) age(path);
@@ -162,6 +164,7 @@ TEST(Files, AFolderLeftInTheTemporaryFolderGoes) {
   ::setenv("TMPDIR", base.path().c_str(), 1);
   const fs::path left = base.path() / "mouthpiece.Ab12Cd", mine = base.path() / "mouthpieces";
   for (const fs::path& path : {left / "deep", mine}) fs::create_directories(path);
+  fs::permissions(left, fs::perms::owner_all);  // as mkdtemp makes them
   age(left);
   age(mine);
   {

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "motion/formats/motion_csv.h"
+#include "support/error_of.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {
@@ -131,6 +132,23 @@ TEST(MotionTrc, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(clip.marker_names, (std::vector<std::string>{"R.Eye", "L.Eye"}));
   EXPECT_FALSE(clip.isSeen(FrameIndex(0), MarkerIndex(1)));
   EXPECT_LT((clip.position(FrameIndex(1), MarkerIndex(1)) - Eigen::Vector3d(-1000, -2000, -3000)).norm(), 1e-9);
+}
+
+/// Rows left out would bring all that follows too early beside the sound.
+TEST(MotionTrc, RefusesTimesThatItsRateDoesNotHave) {
+  const auto errorAt = [](const std::vector<double>& times, const char* rate) {
+    std::string text =
+        std::string("PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n") + rate +
+        "\t60\t4\t1\tmm\nFrame#\tTime\tA\n\t\tX1\tY1\tZ1\n\n";
+    for (const double time : times) text += "1\t" + std::to_string(time) + "\t1\t2\t3\n";
+    return errorOf([&] { readTrcText(text, "a.trc"); });
+  };
+  EXPECT_EQ(errorAt({0, 0.017, 0.033, 0.05}, "60"), "no error");
+  EXPECT_EQ(errorAt({7, 7.0167, 7.0333, 7.05}, "59.94"), "no error");
+  EXPECT_NE(
+      errorAt({0, 0.0167, 1.0333, 1.05}, "60").find("row 3: found time 1.0333 s after 0.0167 s; expected even times"),
+      std::string::npos);
+  EXPECT_NE(errorAt({0, 0.01, 0.02, 0.03}, "60").find("expected even times"), std::string::npos);
 }
 
 TEST(MotionTrc, NamesTheLineThatIsWrong) {

@@ -32,6 +32,13 @@ TEST_F(Config, GivesWhatTheCommandLineDoesNot) {
   EXPECT_EQ(with("[corpus]\nshard = 9/2\n# nothing\n\n[retarget]\nx = y\n", {"batch", lines, "--check"}).exit_code, 0);
 }
 
+TEST_F(Config, IsOfTheCommandHoweverItIsWritten) {
+  const std::string lines = list("id,text\na,hello\n");
+  EXPECT_EQ(with("[synth batch]\njobs = 2\n", {"batch", lines, "-j1", "--check"}).exit_code, 0);
+  EXPECT_EQ(with("[synth batch]\nshard = 9/2\n", {"-q", "batch", lines, "--check"}).exit_code, 1)
+      << "an option before the command";
+}
+
 TEST_F(Config, RefusesWhatItDoesNotKnow) {
   const std::string lines = list("id,text\na,hello\n");
   const auto refused = [&](const std::string& config, const std::string& expected) {

@@ -200,6 +200,19 @@ double rmsDifference(const std::string& a, const std::string& b) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
+TEST_F(Streaming, SoundTakesNoFileAway) {
+  const ScratchFolder scratch;
+  const std::string kept = scratch.write("keep.wav", "my sound").string();
+  const auto stream = [](const std::string& text, const std::string& sound) {
+    return runProgram("synth", {"--stream", "--text-file", text, "--sound", sound, "--voice", "flite:slt"});
+  };
+  EXPECT_EQ(stream((scratch.path() / "none.txt").string(), kept).exit_code, 1);
+  EXPECT_EQ(readAll(kept), "my sound");
+  const std::string book = scratch.write("book.txt", "It is ten.").string();
+  EXPECT_EQ(stream(book, book).exit_code, 1);
+  EXPECT_EQ(readAll(book), "It is ten.");
+}
+
 class StreamingWords : public Streaming {
  protected:
   void SetUp() override {

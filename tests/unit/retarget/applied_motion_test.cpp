@@ -83,6 +83,13 @@ TEST_F(AppliedMotion, AHeadThatTurnsIsHeldStill) {
   EXPECT_LT((frame("held", 6) - frame("still", 6)).rowwise().norm().maxCoeff(), kHeldStillMm);
 }
 
+TEST_F(AppliedMotion, TheHeadThatWasFittedIsNotReplaced) {
+  const std::string before = test::readAll(folder_.path() / "default.obj");
+  const ProgramResult made = apply(motion_, "default.obj");
+  EXPECT_EQ(made.exit_code, 1);
+  EXPECT_EQ(test::readAll(folder_.path() / "default.obj"), before);
+}
+
 TEST_F(AppliedMotion, AGlitchIsLedPastAndTold) {
   ASSERT_EQ(apply(motion_, "still").exit_code, 0);
   const ProgramResult told =

@@ -165,6 +165,18 @@ TEST(MusicXml, RepeatsAreSungWithTheNextVerse) {
               sungOn("c", 1) + "<direction><sound dalsegno=\"s\"/></direction>",
               "<sound coda=\"c\"/>" + sungOn("d", 1)}),
       "a b c b d");
+  // What lies behind a jump was not played before: its repeats and endings are.
+  const std::string jump = "<direction><sound dalsegno=\"s\"/></direction>";
+  EXPECT_EQ(lyrics({"<sound segno=\"s\"/>" + sungOn("a", 1) + "<direction><sound tocoda=\"c\"/></direction>",
+                    sungOn("b", 1) + jump, "<sound coda=\"c\"/>" + kRepeatBegins + sungOn("c", 1),
+                    ending("1", "start") + sungOn("d", 1) + ending("1", "stop") + kRepeatEnds,
+                    ending("2", "start") + sungOn("e", 1) + ending("2", "stop")}),
+            "a b a c d c e");
+  // A last ending without an end of its own.
+  EXPECT_EQ(
+      lyrics({sungOn("a", 1), ending("1", "start") + sungOn("b", 1) + ending("1", "stop") + kRepeatEnds,
+              ending("2", "start") + sungOn("c", 1), kRepeatBegins + sungOn("d", 1) + kRepeatEnds, sungOn("e", 1)}),
+      "a b a c d d e");
   const Song slow = parseMusicXml(
       parts({{"<sound tempo=\"60\"/>" + sungOn("a", 1), "<sound tempo=\"30\"/>" + sungOn("b", 1) + kRepeatEnds}}), "x");
   EXPECT_NEAR(slow.duration, 1 + 2 + 1 + 2, 1e-9) << "the first measure has its own tempo again";

@@ -134,6 +134,22 @@ TEST(MidiSong, ALinesEndEndsAWord) {
       "a/1 lit/1 star/1");
 }
 
+/// A file whose words go on by hyphens stays one where its lines end.
+TEST(MidiSong, ALinesEndMakesNoWordsOfHyphens) {
+  const Song song = parseMidi(Midi()
+                                  .word("hel-")
+                                  .note(60, 480)
+                                  .word("lo")
+                                  .note(60, 480)
+                                  .word("sun\r")
+                                  .note(60, 480)
+                                  .word("and")
+                                  .note(60, 480)
+                                  .bytes(),
+                              "a.mid");
+  EXPECT_EQ(song.words.size(), 3U);
+}
+
 TEST(MidiSong, TheMelodyIsAChannelOfItsOwn) {
   // All in one track, as format 0 has it: drums on every word, chords that end first, and the melody.
   Midi file;
