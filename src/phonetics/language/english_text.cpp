@@ -397,7 +397,7 @@ class Reader {
     }
     const std::string_view month = monthOf(after.core());
     const std::string_view digits = tokens_[at_].core();
-    if (month.empty() || digits.size() > 2) return std::nullopt;
+    if (month.empty() || digits.size() > 2 || countDigits(digits) != digits.size()) return std::nullopt;
     const bool has_article = lowerCase(previousWord()) == "the";
     std::string_view rest = after.body.substr(after.core().size());
     if (rest.starts_with('.') && after.core() != month) rest.remove_prefix(1);

@@ -42,6 +42,12 @@ TEST(EnglishText, LeavesNoDigit) {
   }
 }
 
+/// A sign before the number is no part of a day; it was read as a digit, beyond the names of numbers.
+TEST(EnglishText, ASignedNumberIsNoDayOfAMonth) {
+  for (const char* text : {"Closed 30 April -5 May.", "Open 3 \u20135 May", "+5 May", "-5 May"})
+    EXPECT_NE(speakableText(text).find("May"), std::string::npos) << text;
+}
+
 TEST(EnglishText, OfHostileTextStaysBounded) {
   const std::string digits(3000, '7');
   EXPECT_EQ(speakableText(digits).size(), 3000 * std::string_view("seven ").size() - 1);
