@@ -46,6 +46,9 @@ struct LinePlayer {
   std::string places;  ///< base64 of int16: frames x (x, y of each marker), tenths of a millimetre
 };
 
+/// That of a line, of a long one of its first 30 s.
+LinePlayer playerOf(const std::string& key, const Performance& performance);
+
 /// So many lines of a page have players.
 inline constexpr std::size_t kMostPlayers = 24;
 

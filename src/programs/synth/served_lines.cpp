@@ -36,7 +36,6 @@ constexpr std::size_t kMostLost = 1000;
 /// What the last line took is kept for so long.
 constexpr std::chrono::minutes kKept{10};
 constexpr std::string_view kDefaultFace = "default";
-constexpr std::array<std::string_view, 4> kUpperFaces{"mouth", "captured", "rules", "best"};  ///< as the enumeration
 
 std::string nameOf(std::string_view text) {
   std::string slug = slugOf(text, kLongestSlug);
@@ -66,30 +65,10 @@ fs::path freeName(const fs::path& folder, const std::string& name) {
   }
 }
 
-json wishFields(const LineWish& wish) {
-  json edits = looseJson(wish.edits);
-  if (!edits.is_array()) edits = json::array();
-  json fields{{"text", wish.text}, {"recording", wish.recording}, {"voice", wish.voice},
-              {"face", wish.face}, {"language", wish.language},   {"edits", std::move(edits)}};
-  if (const auto& expression = wish.expression) {
-    fields["expression"] = {{"upper_face", kUpperFaces[static_cast<std::size_t>(expression->upper_face)]},
-                            {"gaze", expression->gaze},
-                            {"head_motion", expression->head_motion},
-                            {"mood", expression->mood},
-                            {"mood_strength", expression->mood_strength}};
-  }
-  return fields;
-}
-
 /// False for what cannot be looked at, too: a link that leads to itself.
 bool isThere(const fs::path& file) {
   std::error_code unusable;
   return fs::is_regular_file(file, unusable);
-}
-
-/// Throws InputError for edits that no line could be made with.
-void expectEdits(const LineWish& wish) {
-  if (!wish.edits.empty()) parseLineEdits(wish.edits, "the edits");
 }
 
 /// Whether the mesh that a face was fitted to is there as it was.
@@ -101,13 +80,6 @@ bool isOfItsMesh(const fs::path& face) {
     return false;
   }
 }
-
-void expectWords(const LineWish& wish) {
-  if (wish.text.find_first_not_of(" \t\r\n") == std::string::npos && wish.recording.empty())
-    throw InputError("there is nothing to say; type a line or drop a recording");
-}
-
-std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
 
 std::string dumped(const json& fields) { return jsonText(fields, 1) + "\n"; }
 
@@ -121,20 +93,6 @@ std::string withoutFolder(std::string text, const fs::path& folder) {
 }
 
 }  // namespace
-
-std::optional<WishedExpression> expressionIn(const JsonField& wish) {
-  const JsonField fields = wish["expression"];
-  if (!fields.exists()) return std::nullopt;
-  WishedExpression expression;
-  expression.upper_face = static_cast<Manner::UpperFace>(fields["upper_face"].choice(kUpperFaces));
-  expression.gaze = fields["gaze"].flag();
-  expression.head_motion = fields["head_motion"].flag();
-  std::vector<std::string_view> moods = moodNames();
-  moods.emplace_back("");
-  expression.mood = moods[fields["mood"].choice(moods)];
-  expression.mood_strength = fields["mood_strength"].number(0, 1);
-  return expression;
-}
 
 ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
     : options_(options), folder_(fs::absolute(std::move(folder)).lexically_normal()), corpus_(options.corpus) {

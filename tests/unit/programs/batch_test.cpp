@@ -147,6 +147,10 @@ TEST_F(Batch, MakesALineAgainForEverySettingThatMovesTheFace) {
     EXPECT_EQ(made.out.find("before"), std::string::npos) << name;
     settings.push_back(more);
   }
+  for (const char* flag : {"--gaze", "--head-motion"}) {
+    settings.back().emplace_back(flag);
+    EXPECT_EQ(batch(list, "out", settings.back()).out.find("before"), std::string::npos) << flag;
+  }
   EXPECT_NE(batch(list, "out", settings.back()).out.find("1 of them before"), std::string::npos);
 }
 
