@@ -87,6 +87,8 @@ std::string cardinal(std::string_view digits) {
 }
 
 std::string ordinal(std::string_view digits) {
+  // "05" is the fifth.
+  while (digits.size() > 1 && digits.front() == '0') digits.remove_prefix(1);
   std::string words = cardinal(digits);
   const std::size_t last = lastWordOf(words);
   const std::string_view word = std::string_view(words).substr(last);
