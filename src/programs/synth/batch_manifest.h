@@ -12,6 +12,7 @@
 
 #include "base/unfinished.h"
 #include "exports/line_quality.h"
+#include "mouthpiece/performance.h"
 
 namespace mouthpiece {
 
