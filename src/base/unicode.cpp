@@ -1,5 +1,6 @@
 #include "base/unicode.h"
 
+#include <unicode/locid.h>
 #include <unicode/normalizer2.h>
 #include <unicode/translit.h>
 #include <unicode/uchar.h>
@@ -57,6 +58,12 @@ std::string toNfd(std::string_view text) {
   if (isAscii(text)) return std::string(text);
   UErrorCode error = U_ZERO_ERROR;
   return normalised(text, icu::Normalizer2::getNFDInstance(error));
+}
+
+std::string toLower(std::string_view text) {
+  std::string lower;
+  unicodeOf(text).toLower(icu::Locale::getRoot()).toUTF8String(lower);
+  return lower;
 }
 
 bool isWordSign(char32_t code_point) {

@@ -11,6 +11,9 @@ namespace mouthpiece {
 std::string toNfc(std::string_view text);
 std::string toNfd(std::string_view text);
 
+/// Letters of any script in lower case ("Über" is "über").
+std::string toLower(std::string_view text);
+
 /// A letter, a mark on one, or a digit, of any script.
 bool isWordSign(char32_t code_point);
 /// A mark that joins the letter before it: an accent, a vowel sign, points.

@@ -54,7 +54,9 @@ class PartReader {
     voice_ = voiceWithLyrics(part);
     readMeasures(part);
     const ScoreTempos tempos(score, name_);
-    for (const PlayedMeasure& played : playedMeasures(score, part, name_)) {
+    const std::vector<PlayedMeasure> order = playedMeasures(score, part, name_);
+    findSections(order);
+    for (const PlayedMeasure& played : order) {
       const Measure& measure = measures_[played.index];
       place_ = measure.place;
       verse_ = verseOf(measure, played.times_before);
@@ -69,7 +71,6 @@ class PartReader {
       if (measure.quarters > at + kSlip) addRest(tempos.between(played.index, at, measure.quarters));
     }
     song_.addRest(rest_);
-    if (ties_open_) fail("ends within a tie");
     return song_.song(name_);
   }
 
@@ -83,7 +84,8 @@ class PartReader {
   struct Measure {
     std::string place;
     std::vector<Placed> notes;
-    std::vector<std::string> verses;  ///< as `number` names them
+    std::vector<std::string> verses;  ///< as `number` names them, rising
+    std::size_t times_played = 0, section = 0;
     double quarters = 0;
   };
 
@@ -170,10 +172,36 @@ class PartReader {
   static bool isEarlierVerse(const std::string& a, const std::string& b) {
     return std::pair(a.size(), a) < std::pair(b.size(), b);
   }
-  /// Of a measure that has fewer verses the last one is sung again.
-  static std::string verseOf(const Measure& measure, std::size_t times_before) {
+  /// Measures that always follow each other have their verses together.
+  void findSections(const std::vector<PlayedMeasure>& order) {
+    std::vector<std::size_t> passes_on(measures_.size());  // how often the next one in the score follows
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      ++measures_[order[i].index].times_played;
+      if (i + 1 < order.size() && order[i + 1].index == order[i].index + 1) ++passes_on[order[i].index];
+    }
+    for (std::size_t i = 0; i < measures_.size(); ++i) {
+      Measure& measure = measures_[i];
+      const bool follows =
+          i > 0 && passes_on[i - 1] == measure.times_played && measures_[i - 1].times_played == measure.times_played;
+      if (!follows) verses_.emplace_back();
+      measure.section = verses_.size() - 1;
+      for (const std::string& verse : measure.verses) {
+        std::vector<std::string>& all = verses_.back();
+        const auto place = std::ranges::lower_bound(all, verse, isEarlierVerse);
+        if (place == all.end() || *place != verse) all.insert(place, verse);
+      }
+    }
+  }
+
+  /// Of a measure that has fewer verses than its section an earlier one is sung again. "" where it has later ones
+  /// alone.
+  [[nodiscard]] std::string verseOf(const Measure& measure, std::size_t times_before) const {
     if (measure.verses.empty()) return "";
-    return measure.verses[std::min(times_before, measure.verses.size() - 1)];
+    if (measure.times_played == 1) return measure.verses.front();
+    const std::vector<std::string>& all = verses_[measure.section];
+    const auto after =
+        std::ranges::upper_bound(measure.verses, all[std::min(times_before, all.size() - 1)], isEarlierVerse);
+    return after == measure.verses.begin() ? "" : *std::prev(after);
   }
 
   void readNote(const Placed& placed, Seconds length) {
@@ -283,7 +311,8 @@ class PartReader {
   std::string place_, voice_, verse_;
   SongBuilder song_;
   std::vector<Measure> measures_;
-  Seconds rest_ = 0;  ///< since the last note
+  std::vector<std::vector<std::string>> verses_;  ///< of each section, rising
+  Seconds rest_ = 0;                              ///< since the last note
   bool in_word_ = false;
   bool ties_open_ = false;
 };

@@ -49,8 +49,9 @@ std::string ustText(std::string_view bytes, std::string_view name) {
 /// What a voice bank's notes say besides syllables: "R", a vowel's end ("a R", "n -"), a breath ("息", "吸う").
 bool isSilent(std::string_view lyric, bool is_japanese) {
   const std::string lower = lowerCase(lyric);
-  if (lower.empty() || lower == "r" || lower == "rest") return true;
+  if (lower.empty() || lower == "r") return true;
   if (!is_japanese) return false;
+  if (lower == "rest") return true;
   const bool is_breath = lyric.starts_with("息") || lyric.starts_with("吸");
   return is_breath || (lower.size() <= 3 && (lower.ends_with(" r") || lower.ends_with(" -")));
 }

@@ -57,8 +57,16 @@ Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_vi
   song.title = title;
   song.beats_per_minute = 60;  // a beat is a second
   Seconds sung_until = 0;
+  // Notes without any text behind a pause are another instrument's, until the next word.
+  constexpr Seconds kPause = 0.3;
+  bool is_played = false;
+  const auto isBehindPause = [&](std::size_t i) {
+    return i > 0 && trimmed(sung[i].text).empty() && sung[i].span.start - sung[i - 1].span.end > kPause;
+  };
   for (std::size_t i = 0; i < sung.size(); ++i) {
     const TimedNote& note = sung[i];
+    is_played = trimmed(note.text).empty() && (is_played || isBehindPause(i));
+    if (is_played) continue;
     const std::string letters = wordLetters(note.text, name, fmt::format("note at {:.2f} s", note.span.start));
     if (letters.find_first_not_of('\'') == std::string::npos && !song.hasWords()) continue;  // before any word
     if (note.span.start > sung_until) song.addRest(note.span.start - sung_until);
@@ -68,7 +76,8 @@ Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_vi
       song.beginSyllable();
     }
     // The word is sung until its next syllable begins.
-    const bool has_next = i + 1 < sung.size() && (sung[i + 1].goes_on || wordLetters(sung[i + 1].text).empty());
+    const bool has_next = i + 1 < sung.size() && !isBehindPause(i + 1) &&
+                          (sung[i + 1].goes_on || wordLetters(sung[i + 1].text).empty());
     sung_until = has_next ? sung[i + 1].span.start : note.span.end;
     song.addNote(note.midi_pitch, sung_until - note.span.start, note.vibrato);
   }

@@ -183,14 +183,27 @@ bool TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::stri
   return true;
 }
 
-void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word,
-                            std::string ipa) {
-  check(span, last_phone_end_, phone ? phoneName(*phone) : "sil", place);
-  last_phone_end_ = std::max(last_phone_end_, span.end);
-  if (!phone || *phone == Phone::kSil || span.duration() <= 0) return;
-  PhoneSegment segment{.phone = *phone, .span = span, .ipa = std::move(ipa)};
-  if (in_word && !times_.words.empty()) segment.word = times_.words.size() - 1;
-  times_.phones.push_back(segment);
+void TimesBuilder::addPhone(PhoneSegment phone, const std::string& place, bool in_word) {
+  check(phone.span, last_phone_end_, phoneName(phone.phone), place);
+  last_phone_end_ = std::max(last_phone_end_, phone.span.end);
+  if (phone.phone == Phone::kSil || phone.span.duration() <= 0) return;
+  phone.word = in_word && !times_.words.empty() ? std::optional(times_.words.size() - 1) : std::nullopt;
+  times_.phones.push_back(std::move(phone));
+}
+
+void TimesBuilder::addPhones(const std::vector<SpelledPhone>& phones, TimeSpan span, const std::string& place,
+                             bool in_word, std::optional<int> stress) {
+  const Seconds length = span.duration() / asReal(std::max<std::size_t>(1, phones.size()));
+  Seconds start = span.start;
+  for (std::size_t i = 0; i < phones.size(); ++i) {
+    const Seconds end = i + 1 == phones.size() ? span.end : start + length;
+    addPhone({.phone = phones[i].phone,
+              .span = {start, end},
+              .stress = isVowel(phones[i].phone) ? stress : std::nullopt,
+              .ipa = phones[i].ipa},
+             place, in_word);
+    start = end;
+  }
 }
 
 TimesFile TimesBuilder::finish() {

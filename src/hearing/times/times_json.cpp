@@ -61,28 +61,41 @@ JsonField parseOthersJson(std::string_view text, std::string_view file) {
   return is_suspect ? parseJson(withoutUnknownNumbers(text), file, kExpected) : parseJson(text, file, kExpected);
 }
 
-/// WhisperX gives digits no times: such words share what lies between their neighbours. `end`: of all of them, where it
-/// is known.
-void addWords(TimesBuilder& builder, std::vector<JsonField> all, std::optional<Seconds> end = std::nullopt) {
+/// In equal parts of `span`; where that has no room for them, as one.
+void addUntimed(TimesBuilder& builder, std::span<const JsonField> words, const TimeSpan& span) {
+  constexpr Seconds kLeast = 0.02;
+  const auto textOf = [](const JsonField& word) { return either(word, {"word", "text"}).text(); };
+  const Seconds share = span.duration() / asReal(std::max<std::size_t>(1, words.size()));
+  if (share < kLeast && !words.empty()) {
+    std::string together;
+    for (const JsonField& word : words) together += (together.empty() ? "" : " ") + std::string(trimmed(textOf(word)));
+    builder.addWord(together, span, words.front().path(), confidenceIn(words.front()));
+    return;
+  }
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Seconds start = span.start + share * asReal(i);
+    builder.addWord(textOf(words[i]), {start, start + share}, words[i].path(), confidenceIn(words[i]));
+  }
+}
+
+/// WhisperX gives digits no times: such words share what lies between their neighbours. `all_of`: the segment of all of
+/// them, where its times are known.
+void addWords(TimesBuilder& builder, std::vector<JsonField> all, std::optional<TimeSpan> all_of = std::nullopt) {
+  constexpr Seconds kAWord = 0.3;
   std::erase_if(all, isNoWord);
-  Seconds at = 0;  // where the last timed word ended
   for (std::size_t i = 0; i < all.size();) {
-    std::size_t timed = i;
-    while (timed < all.size() && !isTimed(all[timed])) ++timed;
-    const Seconds next = timed < all.size() ? all[timed]["start"].number() : end.value_or(at);
-    const auto untimed = static_cast<double>(timed - i);
-    if (untimed == static_cast<double>(all.size()))
+    const std::size_t first = i;
+    while (i < all.size() && !isTimed(all[i])) ++i;
+    if (i - first == all.size() && !all_of)
       static_cast<void>(all.front()["start"].number());  // says that it is missing
-    for (const Seconds start = i == 0 ? std::max(0.0, next - 0.3 * untimed) : at; i < timed; ++i) {
-      const Seconds share = std::max(0.0, next - start) / untimed;
-      const Seconds own = start + share * (untimed - static_cast<double>(timed - i));
-      builder.addWord(either(all[i], {"word", "text"}).text(), {own, own + share}, all[i].path(), confidenceIn(all[i]));
-    }
-    if (timed == all.size()) return;
-    const TimeSpan span = spanIn(all[timed]);
-    builder.addWord(either(all[timed], {"word", "text"}).text(), span, all[timed].path(), confidenceIn(all[timed]));
-    at = span.end;
-    i = timed + 1;
+    const Seconds last = builder.lastWordEnd();
+    const Seconds next = i < all.size() ? all[i]["start"].number() : all_of ? all_of->end : last;
+    Seconds start = last;
+    if (first == 0) start = std::max(last, std::min(all_of ? all_of->start : next, next - kAWord * asReal(i)));
+    addUntimed(builder, std::span(all).subspan(first, i - first), {start, std::max(start, next)});
+    if (i == all.size()) return;
+    builder.addWord(either(all[i], {"word", "text"}).text(), spanIn(all[i]), all[i].path(), confidenceIn(all[i]));
+    ++i;
   }
 }
 
@@ -100,8 +113,8 @@ TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   if (!has_words) builder.setLines();
   for (const JsonField& segment : segments) {
     if (hasWords(segment)) {
-      const JsonField end = segment["end"];
-      addWords(builder, segment["words"].list(), end.exists() ? std::optional(end.number()) : std::nullopt);
+      const bool is_timed = segment["start"].exists() && segment["end"].exists();
+      addWords(builder, segment["words"].list(), is_timed ? std::optional(spanIn(segment)) : std::nullopt);
     } else if (!has_words || segment["text"].exists()) {
       builder.addWord(segment["text"].text(), spanIn(segment), segment.path());
     }
@@ -190,7 +203,7 @@ TimesFile parseGentle(const JsonField& root, std::string_view name) {
       const std::string bare = label.substr(0, label.find('_'));
       const auto known = phoneFromName(bare);
       if (!known && bare != "oov" && !isSilenceName(bare)) phone["phone"].refuse("a phone of ARPAbet");
-      if (known) builder.addPhone(known, {at, end}, phone.path(), true);
+      if (known) builder.addPhone({.phone = *known, .span = {at, end}}, phone.path(), true);
       at = end;
     }
   }

@@ -194,9 +194,20 @@ TimesFile parseLrc(std::string_view text, std::string_view name) {
   TimesBuilder builder(name, "LRC");
   builder.setLines();
   std::vector<Row> rows;
+  Seconds sooner = 0;  // what the players of such a file take off its times
   LineReader reader(text);
   for (std::string_view line; reader.next(line);) {
     std::vector<Seconds> starts;
+    line = trimmed(line);
+    if (constexpr std::string_view kOffset = "[offset:"; line.starts_with(kOffset) && line.ends_with(']')) {
+      const std::string_view written = trimmed(line.substr(kOffset.size(), line.size() - kOffset.size() - 1));
+      const auto milliseconds = parseNumber(written.starts_with('+') ? written.substr(1) : written);
+      if (!milliseconds)
+        throw InputError(name, std::to_string(reader.lineNumber()),
+                         fmt::format("found the offset '{}'; expected milliseconds", printable(written)));
+      sooner = *milliseconds * kMillisecond;
+      continue;
+    }
     for (line = trimmed(line); line.starts_with('['); line = trimmed(line)) {
       const std::size_t close = line.find(']');
       if (close == line.npos) break;
@@ -209,7 +220,17 @@ TimesFile parseLrc(std::string_view text, std::string_view name) {
     for (const Seconds start : starts)
       rows.push_back({start, plainCue(line, builder), std::to_string(reader.lineNumber())});
   }
-  std::ranges::stable_sort(rows, {}, &Row::start);
+  std::ranges::stable_sort(rows, {}, [](const Row& row) { return std::pair(row.start, row.text.empty()); });
+  // Two texts at one time are one line in two languages: the first is sung.
+  for (std::size_t i = 1; i < rows.size();) {
+    if (rows[i].start > rows[i - 1].start) {
+      ++i;
+      continue;
+    }
+    if (!rows[i].text.empty()) builder.addNotSaid(rows[i].text);
+    rows.erase(rows.begin() + signedIndex(i));
+  }
+  for (Row& row : rows) row.start = std::max(0.0, row.start - sooner);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto words = std::ranges::count(rows[i].text, ' ') + 1;
     const Seconds most = rows[i].start + std::min(kLongestLine, 2 * kAWord * asReal(words));

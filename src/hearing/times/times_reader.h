@@ -22,9 +22,14 @@ class TimesBuilder {
   /// A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
   /// False where nothing of it is said.
   bool addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
-  /// A phone, or a silence; the last word is its own where `in_word`. `ipa`: PhoneSegment's.
-  void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false,
-                std::string ipa = {});
+  /// A phone, or a silence; the last word is its own where `in_word`.
+  void addPhone(PhoneSegment phone, const std::string& place, bool in_word = false);
+  void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place) {
+    addPhone({.phone = phone.value_or(Phone::kSil), .span = span}, place);
+  }
+  /// Those of one symbol, in equal parts. `stress`: of a vowel among them.
+  void addPhones(const std::vector<SpelledPhone>& phones, TimeSpan span, const std::string& place, bool in_word,
+                 std::optional<int> stress = std::nullopt);
   void addNotSaid(std::string_view text) { times_.not_said.emplace_back(text); }
   /// `language`: text that tells it, if it is there.
   void setLanguage(const JsonField& language) {
@@ -32,6 +37,8 @@ class TimesBuilder {
   }
   void setLines() { times_.words_are_lines = true; }
   void setShapes() { times_.phones_are_shapes = true; }
+
+  [[nodiscard]] Seconds lastWordEnd() const { return times_.words.empty() ? 0 : times_.words.back().span.end; }
 
   /// Throws InputError where nothing was added.
   TimesFile finish();

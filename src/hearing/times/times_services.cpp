@@ -55,9 +55,22 @@ TimesFile parseTranscribe(const JsonField& items, std::string_view name) {
   return builder.finish();
 }
 
+bool tellsSpeakers(const JsonField& result) {
+  if (!result["alternatives"].exists()) return false;
+  const JsonField words = result["alternatives"].list(1).front()["words"];
+  if (!words.exists() || words.size() == 0) return false;
+  const JsonField speaker =
+      either(words.list().front(), {"speakerTag", "speakerLabel", "speaker_tag", "speaker_label"});
+  return speaker.exists() && (!speaker.isNumber() || speaker.number() > 0) &&
+         (!speaker.isText() || !speaker.text().empty());
+}
+
 TimesFile parseGoogle(const JsonField& results, std::string_view name) {
   TimesBuilder builder(name, "Google JSON");
-  for (const JsonField& result : results.list()) {
+  std::vector<JsonField> all = results.list();
+  // Where speakers are told apart the last result repeats all words, with their speakers.
+  if (all.size() > 1 && tellsSpeakers(all.back()) && !tellsSpeakers(all.front())) all = {all.back()};
+  for (const JsonField& result : all) {
     // A result that closes a stretch of another channel may have no alternative.
     if (!result["alternatives"].exists()) continue;
     const JsonField best = result["alternatives"].list(1).front();
@@ -135,10 +148,11 @@ TimesFile parseAzureResults(const std::vector<TimesEntry>& results, std::string_
       if (!word["Phonemes"].exists()) continue;
       for (const JsonField& phoneme : word["Phonemes"].list()) {
         const std::string label = phoneme["Phoneme"].name();
-        auto phone = phoneFromName(label);
-        if (!phone) phone = phoneFromName(label, PhoneSet::kIpa, language);
-        if (!phone) phoneme["Phoneme"].refuse("a phone");
-        builder.addPhone(phone, spanOf(phoneme), phoneme.path(), true);
+        std::vector<std::string> unknown;
+        std::vector<SpelledPhone> phones = phonesOfSymbol(label, PhoneSet::kArpabet, language, unknown);
+        if (phones.empty()) phones = phonesOfSymbol(label, PhoneSet::kIpa, language, unknown);
+        if (phones.empty() || !unknown.empty()) phoneme["Phoneme"].refuse("a phone");
+        builder.addPhones(phones, spanOf(phoneme), phoneme.path(), true, stressOfName(label));
       }
     }
   }

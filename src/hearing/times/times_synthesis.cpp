@@ -40,26 +40,24 @@ class PiperReader {
   }
 
  private:
+  /// A stress mark's and a length mark's time is the sound's beside it; what modifies the sound before it joins that.
   void add(const std::string& symbol, const TimeSpan& span, const std::string& place) {
-    constexpr std::string_view kMarks = "ˈˌːˑ";
-    if (kMarks.find(symbol) != std::string_view::npos && !symbol.empty() &&
-        static_cast<unsigned char>(symbol[0]) >= 0x80) {
-      if (!pending_.empty() && (symbol == "ː" || symbol == "ˑ")) {
-        span_.end = span.end;
-      } else {
-        flush();
-        start_early_ = start_early_.value_or(span.start);
-      }
+    if (symbol == "ˈ" || symbol == "ˌ") {
+      flush();
+      stress_ = symbol == "ˈ" ? 1 : 2;
+      start_early_ = start_early_.value_or(span.start);
       return;
     }
+    std::vector<std::string> unknown;
+    const bool modifies = phonesOfSymbol(symbol, PhoneSet::kIpa, language_, unknown).empty() && unknown.empty();
     const std::string both = pending_ + symbol;
-    if (!pending_.empty() && phoneFromName(both, PhoneSet::kIpa, language_)) {
+    if (!pending_.empty() && (modifies ? isMark(symbol) : phoneFromName(both, PhoneSet::kIpa, language_).has_value())) {
       pending_ = both;
       span_.end = span.end;
       return;
     }
     flush();
-    if (phoneFromName(symbol, PhoneSet::kIpa, language_)) {
+    if (!modifies) {
       pending_ = symbol;
       span_ = {start_early_.value_or(span.start), span.end};
       place_ = place;
@@ -67,8 +65,18 @@ class PiperReader {
     start_early_.reset();
   }
 
+  /// Neither a blank nor one of ASCII's signs: those are pauses.
+  static bool isMark(std::string_view symbol) {
+    return !symbol.empty() && static_cast<unsigned char>(symbol.front()) >= 0x80;
+  }
+
   void flush() {
-    if (!pending_.empty()) builder_.addPhone(phoneFromName(pending_, PhoneSet::kIpa, language_), span_, place_);
+    if (pending_.empty()) return;
+    std::vector<std::string> unknown;
+    const std::vector<SpelledPhone> phones = phonesOfSymbol(pending_, PhoneSet::kIpa, language_, unknown);
+    for (const std::string& symbol : unknown) builder_.addNotSaid(symbol);
+    builder_.addPhones(phones, span_, place_, false, stress_);
+    if (std::ranges::any_of(phones, [](const SpelledPhone& each) { return isVowel(each.phone); })) stress_ = 0;
     pending_.clear();
   }
 
@@ -78,6 +86,7 @@ class PiperReader {
   std::string pending_, place_;
   TimeSpan span_;
   std::optional<Seconds> start_early_;
+  int stress_ = 0;  ///< of the next vowel
 };
 
 /// Characters with their times, which follow one another over several pieces of sound; blanks part words.
@@ -86,6 +95,7 @@ class CharacterReader {
   explicit CharacterReader(TimesBuilder& builder) : builder_(builder) {}
 
   void add(const std::string& character, const TimeSpan& own, const std::string& place) {
+    end_ = own.end;
     if (trimmed(character).empty() || character == "\n") return finish();
     if (word_.empty()) {
       span_.start = own.start;
@@ -99,12 +109,14 @@ class CharacterReader {
     word_.clear();
   }
   [[nodiscard]] const std::string& word() const { return word_; }
-  [[nodiscard]] Seconds end() const { return span_.end; }
+  /// Of the last character, a blank's too.
+  [[nodiscard]] Seconds end() const { return end_; }
 
  private:
   TimesBuilder& builder_;
   std::string word_, place_;
   TimeSpan span_;
+  Seconds end_ = 0;
 };
 
 /// One of Amazon's visemes, by the phone that looks so.
@@ -232,7 +244,7 @@ TimesFile parsePolly(const std::vector<TimesEntry>& marks, std::string_view name
   };
   const auto finishShape = [&](double end, const std::string& place) {
     if (shape != nullptr && shape_start >= 0)
-      builder.addPhone(shape->phone, {shape_start, end}, place, false, std::string(shape->ipa));
+      builder.addPhone({.phone = shape->phone, .span = {shape_start, end}, .ipa = std::string(shape->ipa)}, place);
   };
   for (const auto& [mark, place] : marks) {
     const std::string type = mark["type"].name(32);

@@ -23,8 +23,14 @@ TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
   times.kind = std::move(kind);
   for (const LabelledWord& word : labels.words) times.words.push_back({word.text, labels.spanOf(word.phones), 1});
   for (const LabelledPhone& phone : labels.phones) {
-    if (phone.phone != Phone::kSil)
-      times.phones.push_back({.phone = phone.phone, .span = phone.span, .word = phone.word, .ipa = phone.ipa});
+    if (phone.phone == Phone::kSil) continue;
+    times.phones.push_back(
+        {.phone = phone.phone,
+         .span = phone.span,
+         .word = phone.word,
+         .syllable = phone.syllable,
+         .stress = phone.syllable ? std::optional(labels.syllables[*phone.syllable].stress) : std::nullopt,
+         .ipa = phone.ipa});
   }
   return times;
 }
@@ -45,7 +51,7 @@ TimesFile fromTiers(LabelTiers tiers, std::string kind, std::string_view name, c
   };
   for (const PhoneSegment& phone : phonesFromEntries(name, tiers.phones, language)) {
     addWordsUntil(phone.span.middle());
-    builder.addPhone(phone.phone, phone.span, "phones", word && word->contains(phone.span.middle()), phone.ipa);
+    builder.addPhone(phone, "phones", word && word->contains(phone.span.middle()));
   }
   addWordsUntil(kLatestLabel);
   return builder.finish();

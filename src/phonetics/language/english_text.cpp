@@ -377,6 +377,13 @@ class Reader {
         unit && isPunctuation(after.body.substr(unit->size))) {
       return take(said.bare + " " + unit->words, unit->size);
     }
+    if (const TextToken* measured = next(2); measured != nullptr && (after.body == "sq" || after.body == "sq.")) {
+      if (const auto unit = sayUnit(measured->body, said.is_one, true);
+          unit && isPunctuation(measured->body.substr(unit->size))) {
+        at_ += 3;
+        return said.bare + " square " + unit->words + std::string(measured->body.substr(unit->size));
+      }
+    }
     if (const auto unit = sayCurrency(after.body, said.is_one)) return take(said.bare + " " + unit->words, unit->size);
     if (said.kind != Kind::kWholeNumber) return std::nullopt;
     return readWithFractionOrMonth(said, after);

@@ -144,7 +144,7 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name, PhoneSet s
 std::string Lexicon::keyOf(std::string_view as_written) const {
   const std::string word = toNfc(as_written);
   auto found = words_.find(word);
-  if (found == words_.end()) found = words_.find(lowerCase(word));
+  if (found == words_.end()) found = words_.find(toLower(word));
   if (found == words_.end() && word.size() > 1) found = words_.find(upperCase(word));
   return found == words_.end() ? "" : found->first;
 }

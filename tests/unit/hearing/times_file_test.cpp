@@ -304,8 +304,9 @@ TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
   EXPECT_NEAR(ends.words[2].span.start, 1.4, 1e-9);
   EXPECT_NEAR(ends.words[3].span.start, 1.7, 1e-9);
   EXPECT_NEAR(ends.words[3].span.end, 2, 1e-9);
-  EXPECT_NE(errorOf([&] { whisper(R"({"word": "1"}, {"word": "2"})"); }).find("words[0].start: is missing"),
-            std::string::npos);
+  const TimesFile digits = whisper(R"({"word": "1"}, {"word": "2"})");
+  ASSERT_EQ(digits.words.size(), 2U);
+  EXPECT_NEAR(digits.words[1].span.start, 1.25, 1e-9);
 }
 
 /// Every kind cut short anywhere is refused with its name, or read as less than the whole; nothing else is thrown.

@@ -41,6 +41,11 @@ TEST(Lexicon, KnowsLettersFromWords) {
   EXPECT_EQ(said(lexicon, "bbc"), "B IY B IY S IY");
 }
 
+TEST(Lexicon, AWordsCapitalIsAnyAlphabets) {
+  const Lexicon lexicon = Lexicon::parse("\u00FCber M AA\n", "a.lex", PhoneSet::kArpabet, english());
+  EXPECT_EQ(lexicon.find("\u00DCber").size(), 1U);
+}
+
 TEST(Lexicon, NamesTheLineOfWhatIsWrong) {
   const auto errorOf = [](std::string_view text) -> std::string {
     try {

@@ -115,6 +115,15 @@ TEST(MidiSong, WordsMayBeBesideTheirNotes) {
   EXPECT_EQ(wordsOf(parseMidi(bytes, "a.kar")), "one/1 two/1 three/1");
 }
 
+TEST(MidiSong, NotesWithoutWordsBehindAPauseAreAnothers) {
+  Midi midi;
+  midi.word("one ").note(60, 480).word("two ").note(62, 480).note(64, 480).note(65, 480, 960);
+  const Song song = parseMidi(midi.note(67, 480).note(69, 480).word("three ").note(64, 480).bytes(), "a.kar");
+  ASSERT_EQ(wordsOf(song), "one/1 two/1 three/1");
+  EXPECT_NEAR(song.words[1].end(), 2.0, 0.02) << "its melisma, and nothing behind the pause";
+  EXPECT_NEAR(song.words[2].span().start, 4.0, 0.02);
+}
+
 TEST(MidiSong, AWordPartsANoteThatGoesOn) {
   const std::string bytes = Midi().word("hap").on(60).word("py ", 480).off(60, 480).bytes();
   const Song song = parseMidi(bytes, "a.kar");
@@ -289,6 +298,10 @@ TEST(UstSong, KanaAreWordsOfTheirSounds) {
   EXPECT_EQ(soundsOf(song), "kʲi ɾa kʲi ɾa ho ɕi");
   EXPECT_NEAR(song.words[4].span().start, 2.5, 1e-6) << "after a rest";
   EXPECT_EQ(song.words[0].said.heard.size(), song.words[0].said.phones.size());
+}
+
+TEST(UstSong, RestIsAWordOfEnglish) {
+  EXPECT_EQ(wordsOf(parseUst(ustOf({"let", "it", "rest", "R", "now"}), "a.ust")), "let/1 it/1 rest/1 now/1");
 }
 
 TEST(UstSong, WhatVoiceBanksWriteAroundKanaIsLeftOut) {
